@@ -103,7 +103,7 @@ FIRST = {
 @pytest.mark.parametrize("name", ANALYSES)
 def test_every_analysis_says_what_it_does_and_each_point(name, monkeypatch):
     """What it does until a first point, then points one by one, with work between them."""
-    monkeypatch.setattr(road, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_SILENCE", 0.0)
     told = []
     branch = ANALYSES[name](told.append)
     points = [i for i, event in enumerate(told) if isinstance(event, PointFound)]
@@ -120,7 +120,7 @@ def test_every_analysis_says_what_it_does_and_each_point(name, monkeypatch):
 @pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("name", ANALYSES)
 def test_what_takes_too_long_is_ended_and_its_points_are_kept(name, monkeypatch):
-    monkeypatch.setattr(road, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_SILENCE", 0.0)
 
     def first(event):
         if isinstance(event, Working):
@@ -140,7 +140,7 @@ def test_what_takes_too_long_is_ended_and_its_points_are_kept(name, monkeypatch)
 @pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_a_search_within_an_analysis_is_told_by_it(monkeypatch):
     """The curve on which the highest peak is sought belongs to the tracking: one beginning, one end."""
-    monkeypatch.setattr(road, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_SILENCE", 0.0)
     told = []
     ss.optimal(problem(), "damper.normal_load", omega=(8.0, 12.0), start=500.0, listeners=told.append)
     kinds = [type(event) for event in told]

@@ -7,8 +7,8 @@ import numpy as np
 import slipstick as ss
 from slipstick.analysis.curve.response import follow
 from slipstick.analysis.self_excited.limit_cycles import at_rest, cycles_request
-from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import SteadySliding
+from slipstick.analysis.self_excited.system import CycleStart
 
 
 def two_dofs(rubbing, *, gap=0.1, harmonics=11, **options):

@@ -1,4 +1,4 @@
-"""The balance with further unknowns and as many further equations: peaks, limit cycles, free vibration in a mode.
+"""The balance with k further unknowns and equations: peaks, limit cycles, free vibration in a mode.
 
 ``R(X, v, s) = 0`` and ``g(X, v, s) = 0`` for motion ``X`` (N,) and further unknowns ``v`` (k,), such as the frequency.
 An analysis writes ``state``; the system of equations and how its solutions move with parameters [THEORY.md (15.7)]
@@ -52,7 +52,7 @@ class Bordered(NamedTuple):
     units: Array | float = 1.0
 
     def slopes(self, directions: Sequence[Move]) -> Array:
-        """How the unknowns of the solution move along directions, (N + k, n)."""
+        """Derivatives (N + k, n) of the unknowns of the solution along directions."""
         still = np.zeros_like(self.here.x)
         moved = [np.append(self.here.change(still, way)[0] / self.units, self.along(way)) for way in directions]
         return -np.column_stack([self.jacobian.solve(column) for column in moved])
@@ -63,10 +63,10 @@ class Augmented(ABC):
 
     @abstractmethod
     def state(self, y: Array, parameter: float, context: Array | None = None) -> Bordered | None:
-        """The equations linearised at unknowns ``y`` (N + k,); None where these are no motion."""
+        """The equations linearised at unknowns ``y`` (N + k,); None where they cannot be evaluated."""
 
     def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter; undefined where ``y`` is no motion."""
+        """Residual, Jacobian and derivative by the parameter; undefined where they cannot be evaluated."""
         at = self.state(y, parameter, context)
         if at is None:
             return Evaluation.undefined(y.size)
@@ -77,7 +77,7 @@ class Augmented(ABC):
         )  # fmt: skip
 
     def moved(self, at: Bordered, dy: Array, direction: Move) -> tuple[Array, Move]:
-        """What a change (N + k,) of the unknowns along a direction changes: the motion (N,), and all besides.
+        """Change of the motion (N,) and of other arguments, for a change (N + k,) of the unknowns along a direction.
 
         The last unknown is the frequency.
         """

@@ -43,8 +43,7 @@ from slipstick.faults import path as path_of
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.analysis.road.events import EventFunction
-    from slipstick.analysis.road.options import ResponseOptions
-    from slipstick.analysis.road.request import Request
+    from slipstick.analysis.road.request import Request, ResponseOptions
     from slipstick.balance.balance import Balance
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem

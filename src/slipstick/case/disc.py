@@ -56,7 +56,7 @@ from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, Slip
 from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.model import ImportedModel
 
 
 def _is_matrix(value: Any) -> bool:

@@ -59,7 +59,7 @@ Length = Annotated[Annotated[float, Field(gt=0)] | None, Field(description="a nu
 
 
 class StepKeys(BaseModel):
-    """Named as in ``slipstick.analysis.road.options.ResponseOptions``; missing keys keep their default there."""
+    """Named as in ``slipstick.analysis.road.request.ResponseOptions``; missing keys keep their default there."""
 
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
@@ -79,7 +79,7 @@ STEP_KEYS = tuple(StepKeys.model_fields)
 
 def _step_faults(raw: RawTable) -> list[Fault]:
     """Steps that are right each by itself but not beside each other; those left out have their defaults."""
-    from slipstick.analysis.road.options import response_options
+    from slipstick.analysis.road.request import response_options
 
     usual = response_options()
     steps = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}

@@ -18,8 +18,7 @@ from slipstick.studies.plan import StudyPlan
 from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.follow import CurveRequest
-    from slipstick.analysis.curve.request import StabilityRequest
+    from slipstick.analysis.curve.follow import CurveRequest, StabilityRequest
     from slipstick.balance.problem import Problem
     from slipstick.results.solutions import Solutions
     from slipstick.solve.continuation import ContinuationOptions

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.request import StabilityRequest, curve_arguments
+from slipstick.analysis.curve.follow import StabilityRequest, curve_arguments
 from slipstick.analysis.road.events import CaseDone
 from slipstick.analysis.road.request import Checks, followed_problem
 from slipstick.balance.checks import range_faults, two_frequencies

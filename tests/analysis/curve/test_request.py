@@ -7,10 +7,8 @@ import pytest
 from helpers.faults import raises_fault
 
 import slipstick as ss
-from slipstick.analysis.curve.follow import frequency_request, parameter_request
-from slipstick.analysis.curve.request import curve_arguments
-from slipstick.analysis.road.options import response_options
-from slipstick.analysis.road.request import Checks, followed_problem
+from slipstick.analysis.curve.follow import curve_arguments, frequency_request, parameter_request
+from slipstick.analysis.road.request import Checks, followed_problem, response_options
 from slipstick.balance.balance import Balance
 from slipstick.errors import InputError
 from slipstick.solve.continuation import ContinuationOptions

@@ -6,7 +6,7 @@ import sys
 import pytest
 from helpers.faults import raises_fault
 
-from slipstick.analysis.curve.request import stability_request
+from slipstick.analysis.curve.follow import stability_request
 
 
 @pytest.mark.parametrize("given", [True, False, "full"])

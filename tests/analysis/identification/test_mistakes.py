@@ -11,8 +11,8 @@ from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.analysis.identification.measured import read_measured
-from slipstick.analysis.identification.mistakes import Scaled, changes, factor_text, round_factors
 from slipstick.analysis.identification.predicted import predictor_of
+from slipstick.analysis.identification.search import Scaled, changes, factor_text, round_factors
 
 TRUE = {"damper.kt": 100.0, "damper.mu": 0.3}
 START = {"damper.kt": 85.0, "damper.mu": 0.26}

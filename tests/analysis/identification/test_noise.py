@@ -128,8 +128,8 @@ def test_what_is_told_of_white_noise_is_told_rarely() -> None:
     z = np.array([each.deviations for each in found])
     assert abs(z.mean()) < 0.1
     assert z.std() == pytest.approx(1.0, abs=0.1)
-    assert sum(each.told for each in found) <= 3
-    assert whiteness(pairs, np.sin(0.3 * np.arange(40)), np.ones((40, 1)), 0.7).told
+    assert sum(each.significant for each in found) <= 3
+    assert whiteness(pairs, np.sin(0.3 * np.arange(40)), np.ones((40, 1)), 0.7).significant
 
 
 def test_errors_from_the_residuals_are_those_of_the_noise_on_average() -> None:
@@ -140,7 +140,7 @@ def test_errors_from_the_residuals_are_those_of_the_noise_on_average() -> None:
         gain = np.linalg.pinv(J)
         found = robust(gain, left, J, 1.0)
         factors.append(found.factor**2)
-        told += int(found.told.any())
+        told += int(found.significant.any())
     assert np.mean(factors) == pytest.approx(1.0, abs=0.05)
     assert told <= 5
     J = np.zeros((120, 2))
@@ -148,7 +148,7 @@ def test_errors_from_the_residuals_are_those_of_the_noise_on_average() -> None:
     noise = np.random.default_rng(0).standard_normal(120) * np.repeat([0.1, 3.0], 60)
     left = noise - J @ np.linalg.lstsq(J, noise, rcond=None)[0]
     found = robust(np.linalg.pinv(J), left, J, float(np.sqrt(left @ left / 118)))
-    assert found.told.tolist() == [False, True]
+    assert found.significant.tolist() == [False, True]
     assert found.factor[1] > 1.3
 
 
@@ -166,6 +166,6 @@ def test_a_level_left_out() -> None:
             kept = level != value
             np.testing.assert_allclose(p + each.shift, np.linalg.lstsq(J[kept], data[kept], rcond=None)[0])
         assert found[2].level == "load = 3"
-        assert found[2].told == told[2]
+        assert found[2].significant == told[2]
     assert not too_large(1.3, 60)
     assert too_large(2.0, 60)

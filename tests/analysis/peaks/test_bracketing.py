@@ -5,8 +5,7 @@ import pytest
 
 import slipstick as ss
 from slipstick.analysis.peaks.continuation import bracketed_peak
-from slipstick.analysis.peaks.gradient import StateSpace
-from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.peaks.system import PeakSystem, StateSpace
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
 from slipstick.results.record import Outputs

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation
-from slipstick.analysis.peaks.gradient import StateSpace
-from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.peaks.system import PeakSystem, StateSpace
 from slipstick.analysis.peaks.tracking import highest_peak
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import difference, random_problem
 
-from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
+from slipstick.analysis.peaks.system import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
@@ -32,9 +32,9 @@ def test_an_extreme_is_followed_from_one_motion_to_another():
     first = np.array([0.0, 1.0, 0.0, 0.2, 0.0])
     turned = np.array([0.0, np.cos(1.2), np.sin(1.2), 0.2 * np.cos(2.4), 0.2 * np.sin(2.4)])
     top = Extreme.near(h, first, 0.0)
-    assert top.goes_on_as(Extreme.near(h, turned, 1.2), first, turned)
-    assert not top.goes_on_as(Extreme.near(h, turned, 1.2 + np.pi), first, turned)
-    assert not top.goes_on_as(Extreme.near(h, -first, 0.0), first, -first)
+    assert top.continues_as(Extreme.near(h, turned, 1.2), first, turned)
+    assert not top.continues_as(Extreme.near(h, turned, 1.2 + np.pi), first, turned)
+    assert not top.continues_as(Extreme.near(h, -first, 0.0), first, -first)
 
 
 def test_the_rival_of_an_extreme_is_the_largest_other_one():

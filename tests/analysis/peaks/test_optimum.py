@@ -104,7 +104,7 @@ def test_beside_it_the_peak_is_followed():
 
 
 def test_where_the_peak_beside_it_is_lost_the_optimum_comes_last(monkeypatch):
-    monkeypatch.setattr(optimum, "_SAME", -1.0)
+    monkeypatch.setattr(optimum, "_SAME_OPTIMUM", -1.0)
     branch = ss.Branch.of(beside().solutions())
     d = branch.dataset
     assert (branch.outcome, str(d.kind.values[-1])) == (ss.Outcome.COMPLETED, "optimum")
@@ -114,7 +114,7 @@ def test_where_the_peak_beside_it_is_lost_the_optimum_comes_last(monkeypatch):
 
 
 def test_an_optimum_is_kept_where_the_time_is_up_before_another_point(monkeypatch):
-    monkeypatch.setattr(road, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_SILENCE", 0.0)
 
     def late(event):
         if "normal_load = 314" in getattr(event, "doing", ""):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import difference, random_problem
 
-from slipstick.analysis.peaks.gradient import StateSpace
-from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.peaks.system import PeakSystem, StateSpace
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path
 from slipstick.results.record import Outputs

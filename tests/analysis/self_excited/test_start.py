@@ -5,7 +5,7 @@ import pytest
 from helpers.stability import at_the_hopf_point, brake
 
 import slipstick as ss
-from slipstick.analysis.self_excited.start import CycleStart
+from slipstick.analysis.self_excited.system import CycleStart
 
 
 def test_sticking_begins_at_the_size_of_a_closed_form():

@@ -6,7 +6,7 @@ from helpers.belt import Belt
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
-from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.peaks.system import StateSpace
 from slipstick.analysis.self_excited.system import CycleSystem, CycleWatch
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path

@@ -13,7 +13,7 @@ import slipstick as ss
 from slipstick.analysis.augmented import Augmented
 from slipstick.analysis.modes.nonlinear_modes import free_problem
 from slipstick.analysis.modes.system import damping_rate
-from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.peaks.system import StateSpace
 from slipstick.analysis.self_excited.system import CycleSystem
 from slipstick.balance.balance import Balance
 from slipstick.balance.parameters import parameter_path

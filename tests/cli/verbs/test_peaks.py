@@ -157,7 +157,7 @@ MODES = '[modes]\ndof = "x"\nfrom = 3.0\nto = 5.0\n'
 
 @pytest.mark.parametrize(("verb", "table"), [("track", TRACK), ("optimal", OPTIMAL), ("modes", MODES)])
 def test_what_takes_long_says_how_far_it_is(tmp_path, monkeypatch, verb, table):
-    monkeypatch.setattr(road, "_PAUSE", 0.0)
+    monkeypatch.setattr(road, "_SILENCE", 0.0)
     monkeypatch.setattr(display, "_EVERY", 0.0)
     case = written(tmp_path, table)
     result = slipstick(verb, case, "-o", tmp_path / "out", "--no-figures")

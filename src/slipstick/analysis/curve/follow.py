@@ -1,27 +1,28 @@
-"""A curve over frequency or over a parameter, segment by segment: points in order, contact states carried along."""
+"""Response curves over frequency or over a parameter: the request, checked once, and the run that finds its points.
+
+``CurveRun.points`` follows a segment from the start of the range and, where that breaks off, a second one from the
+other end. Each segment is a ``StateContinuation`` from the first point of ``balance/start.py``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
-from copy import copy
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal
 
 from slipstick.analysis.curve.observables import OutputObservables
-from slipstick.analysis.curve.request import curve_arguments
-from slipstick.analysis.curve.resume import ResumeState, curve_checkpoint
-from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
+from slipstick.analysis.curve.segments import BROKEN_OFF, ResumeState, Segment, curve_checkpoint, joined, progress
+from slipstick.analysis.curve.slip_corners import StartingPoint, beyond_corner, corner_between, may_slip_at_once
 from slipstick.analysis.curve.state_continuation import FOLDS, StateContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
 from slipstick.analysis.road.checkpoint import Checkpoint
-from slipstick.analysis.road.options import adapted_to
-from slipstick.analysis.road.request import Checks, Request
-from slipstick.analysis.road.run import Run
-from slipstick.analysis.road.work import NO_WORK, counted
+from slipstick.analysis.road.events import EventFunction
+from slipstick.analysis.road.request import Checks, Request, ResponseOptions
+from slipstick.analysis.road.run import NO_WORK, Run, counted
+from slipstick.balance.balance import Balance
+from slipstick.balance.checks import peak_faults
 from slipstick.balance.evaluation import AnySystem, FrequencySystem, ParameterSystem, unanswered
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
@@ -29,8 +30,8 @@ from slipstick.balance.physics_checks import parameter_warnings, problem_warning
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import InputError, Outcome
-from slipstick.faults import frequency
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.faults import frequency, names, numbers, shown
 from slipstick.interrupts import pass_on
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Point, Recorder
@@ -38,47 +39,44 @@ from slipstick.results.schema import LARGEST
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import ContinuationOptions, Step
-from slipstick.solve.continuation.events import BranchEvent
-from slipstick.solve.newton import newton_at
-from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.analysis.stability.floquet import StabilityWatch
     from slipstick.analysis.stability.special_points import SpecialPoints
 
+
+StabilityRequest = bool | Literal["full"]
+"""The argument ``stability`` of users."""
+
+PEAK_OUTPUTS = 3
+"""Number of outputs up to which the peaks of all of them are located."""
+LARGEST_OUTPUTS = 100
+"""Number of further outputs up to which the largest amplitude of each is located."""
 _ORDINARY = ("regular", "interpolated", STATE_CHANGE)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StartingPoint:
-    """A solution inside the range that a branch is taken up from: unknowns (N,), value of the followed quantity,
-    tangent (N + 1,), and events of its own."""
-
-    x: Array
-    at: float
-    direction: Array
-    events: tuple[BranchEvent, ...] = ()
+"""Kinds of points at which the two methods of stability are not compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CurveRequest(Request):
-    """A curve to be followed.
+    """A request for a curve over frequency or over a parameter.
 
     Attributes
     ----------
-    system, inputs, omega
-        The equations over what is followed; the numbers of the problem and the frequency at its first value.
+    system
+        Equations over the followed quantity.
+    inputs, omega
+        Inputs of the balance and frequency at its first value.
     peaks_of, largest_of
-        Outputs of which all peaks are located, and those of which the largest amplitude is, and no other peak.
+        Outputs of which all peaks are located, and outputs of which only the largest amplitude is.
     guess
         Unknowns (N,) to try first.
     stability
-        Judges every point, where that is asked for.
+        Judges every point; None: stability is not computed.
     starting_point
-        Where the branch is taken up inside its range; None: at its start.
+        Solution inside the range at which the branch begins; None: it begins at ``start``.
     context
-        What the first point is solved with, as a point before would hand it on: contact states.
+        Contact states with which the first point is solved, as a continuation hands them on.
     """
 
     system: FrequencySystem | ParameterSystem
@@ -93,30 +91,30 @@ class CurveRequest(Request):
 
     @property
     def analysis(self) -> str:
-        """Over the frequency or over a parameter."""
+        """The name "response" over frequency, "parameter" over a parameter."""
         return "parameter" if self.parameter else "response"
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of a curve."""
+        """Checkpoint of a curve, from its journal."""
         return curve_checkpoint(plain, self.balance.size)
 
     def run(self) -> CurveRun:
-        """What follows it."""
+        """The run that follows the curve."""
         return CurveRun(self)
 
     def recorder(self) -> Recorder:
-        """With stability, where that is asked for."""
+        """Recorder with the variables of stability where they are computed."""
         return Recorder(self.balance, parameter=self.parameter, stability=self.stability is not None)
 
     @property
     def from_other_end(self) -> CurveRequest:
-        """The same range from its other end."""
+        """Request for the same range from its other end."""
         inputs, omega = self.system.at(self.stop)
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
 
 
 def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared: Any, **named: Any) -> CurveRequest:
-    """What ``forced_response`` follows; its arguments in their order."""
+    """Request of ``forced_response``; its arguments in their order. Raises InputError with all faults."""
     checks = Checks(problem)
     ends, points = checks.frequencies(omega, requested)
     common = curve_arguments(checks, points, *shared, **named)
@@ -128,7 +126,7 @@ def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared
 def parameter_request(
     problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *shared: Any
 ) -> CurveRequest:
-    """What ``parameter_response`` follows; its arguments in their order."""
+    """Request of ``parameter_response``; its arguments in their order. Raises InputError with all faults."""
     checks = Checks(problem)
     parameter = checks.name(parameter)
     at = checks.take(frequency, "omega", omega, checks.units)
@@ -143,18 +141,18 @@ def parameter_request(
 def curve_over(
     problem: Problem, parameter: str, omega: float | None, ends: tuple[float, float], common: Mapping[str, Any]
 ) -> CurveRequest:
-    """A curve over a parameter at a frequency, or over the frequency; of what was checked already."""
+    """Request from checked arguments: over a parameter at frequency ``omega``, or over frequency if that is empty."""
     balance, start, static = common["balance"], ends[0], common["balance"].receptance.static
     if not parameter:
         balance.anchor_if_undamped(start)
         return CurveRequest(
-            problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
+            problem=problem, system=_with_harmonics(FrequencySystem(balance, problem.inputs), common["options"]),
             inputs=problem.inputs, omega=start, start=start, stop=ends[1],
             warnings=problem_warnings(problem, ends, static), **common,
         )  # fmt: skip
     assert omega is not None
     path = parameter_path(problem, parameter)
-    system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
+    system = _with_harmonics(ParameterSystem(balance, path, omega), common["options"], parameter)
     steady = common["stability"] is not None
     return CurveRequest(
         problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
@@ -163,9 +161,9 @@ def curve_over(
     )  # fmt: skip
 
 
-def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
-    """The system as it is, or with harmonics by need where that is asked for."""
-    tolerance = adapted_to(options)
+def _with_harmonics(system: AnySystem, options: ResponseOptions, parameter: str = "") -> AnySystem:
+    """The system itself, or with adapted harmonics where the options ask for them."""
+    tolerance = options.adapt_harmonics
     if tolerance is None:
         return system
     from slipstick.analysis.curve.harmonic_selection import adapted
@@ -173,17 +171,96 @@ def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, paramete
     return adapted(system, tolerance, parameter)
 
 
+def curve_arguments(
+    checks: Checks,
+    requested: tuple[float, ...],
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
+    guess: Any = None,
+    stability: StabilityRequest = False,
+) -> dict[str, Any]:
+    """Checked fields that the requests of all kinds of curves share.
+
+    Raises
+    ------
+    InputError
+        With these faults and those that ``checks`` found before.
+    """
+    common, problem = checks.shared(requested, options, listeners), checks.problem
+    balance = common["balance"]
+    sought = checks.take(_peak_dofs, problem, peaks_of) if problem is not None else None
+    start = checks.take(_guess, guess, balance) if guess is not None and balance is not None else None
+    judged = checks.take(stability_request, stability)
+    watch = checks.take(_watch, balance, judged) if judged and balance is not None else None
+    checks.end()
+    peaks, largest = sought or ((), ())
+    return {**common, "stability": watch, "peaks_of": peaks, "largest_of": largest, "guess": start}
+
+
+def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
+    from slipstick.analysis.stability.floquet import StabilityWatch
+
+    if balance.problem.structure.covers[1] < inf:
+        remedy = (
+            'fit modes to it (ss.models.modal_analysis), or say beyond="line": then it is counted from the receptance'
+        )
+        found = "the structure is a table of receptances: it has no states, and ends where disturbances are asked for"
+        raise InputError(Fault("stability", found, remedy=remedy))
+    return StabilityWatch(balance, full=judged == "full")
+
+
+def _guess(value: Any, balance: Balance) -> Array:
+    guess = numbers("guess", value, f"{balance.size} finite numbers")
+    if guess.shape not in ((balance.size,), (balance.n_ports, balance.L)):
+        raise InputError(
+            f"guess: found shape {guess.shape}; expected ({balance.n_ports}, {balance.L}): coefficients of the "
+            "relative motion of the contacts, first all tangential, then all normal ones"
+        )
+    return guess.reshape(-1)
+
+
+def _peak_dofs(problem: Problem, peaks_of: Sequence[str] | str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Outputs of which all peaks are located, and outputs of which only the largest amplitude is."""
+    outputs = tuple(problem.outputs or ())
+    if peaks_of is None:
+        if len(outputs) <= PEAK_OUTPUTS:
+            return outputs, ()
+        loaded = [load.dof for load in problem.loads if load.dof in outputs]
+        first = [pair.first_direction for pair in problem.contacts[:1]]
+        rubbed = [dof for direction in first for dof in direction if dof in outputs]
+        chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
+        rest = tuple(dof for dof in outputs if dof not in chosen)
+        return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
+    chosen = names("peaks_of", peaks_of)
+    if chosen == (LARGEST,) and LARGEST not in outputs:
+        return chosen, ()
+    faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
+    if faults:
+        raise InputError(faults)
+    return chosen, ()
+
+
+def stability_request(stability: object) -> StabilityRequest:
+    """The argument ``stability``, checked; raises InputError for anything but True, False and "full"."""
+    if isinstance(stability, bool) or (isinstance(stability, str) and stability == "full"):
+        return stability  # type: ignore[return-value]
+    raise InputError(
+        Fault("stability", found=shown(stability), expected='True, False, or "full" (all modes in motion)')
+    )
+
+
 class CurveRun(Run[CurveRequest]):
-    """A curve under way: a segment from the start and, where that breaks off, another one from the other end."""
+    """Run of a curve: a segment from the start and, where that breaks off, another one from the other end."""
 
     def __init__(self, request: CurveRequest) -> None:
         self.state = ResumeState.taken_up(request.start, request.stop, request.checkpoints)
         super().__init__(request)
         self._special: SpecialPoints | None = None
-        self._reached: Step | None = None
+        self._last_step: Step | None = None
 
     def points(self) -> Generator[Point, None, None]:
-        """Those of one segment, then of the other."""
+        """Points of the first segment, then of the second."""
         request, segments = self.request, self.state.segments
         if len(segments) == 1:
             yield from self._segment(request)
@@ -198,8 +275,8 @@ class CurveRun(Run[CurveRequest]):
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Segments, work, and which peaks were sought."""
-        request, accuracy = self.request, adapted_to(self.request.options)
+        """Number of segments, work, and the outputs whose peaks were sought."""
+        request, accuracy = self.request, self.request.options.adapt_harmonics
         return {
             "parts": len(self.state.segments), **counted(self.state.done), "peaks_of": "\n".join(request.peaks_of),
             "largest_of": "\n".join(request.largest_of),
@@ -208,7 +285,7 @@ class CurveRun(Run[CurveRequest]):
 
     @property
     def closing(self) -> str:
-        """The message, of a curve that stopped early with the place of its last point; two segments tell it."""
+        """The message, with the last point where a single segment stopped early."""
         request, segments, message = self.request, self.state.segments, self.message
         if not message or self.outcome.ok or len(segments) > 1:
             return message
@@ -219,7 +296,7 @@ class CurveRun(Run[CurveRequest]):
         return f"{message}; the last of {segments[0].points} points is at {last[0]:.6g}{unit}"
 
     def _segment(self, request: CurveRequest) -> Generator[Point, None, None]:
-        """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
+        """Points of one continuation from an end of the range; a second one stops at the end of the first."""
         state, self._special = self.state, special_points(request)
         segment, meeting = state.segments[-1], state.segments[0].last if len(state.segments) > 1 else None
         steps = self._continuation(request, meeting)
@@ -237,9 +314,9 @@ class CurveRun(Run[CurveRequest]):
                     return
                 point = self._point(step, before, steps.residual)
                 if step.place is None:
-                    beyond = request.starting_point is not None and before is None
-                    yield from self._full_slip_corner(request, self._reached if beyond else before, step)
-                    before = self._reached = step
+                    at_start = request.starting_point is not None and before is None
+                    yield from self._full_slip_corner(request, self._last_step if at_start else before, step)
+                    before = self._last_step = step
                 segment.add(step.parameter, step.x)
                 self.checkpoint = state.checkpoint(step, steps, self.seconds)
                 self.progress, self.step = progress(state.segments), steps.step_length
@@ -249,7 +326,7 @@ class CurveRun(Run[CurveRequest]):
             state.done = state.done.plus(steps.work)
 
     def _beyond_corners(self, request: CurveRequest) -> Generator[Point, None, None]:
-        """The segment gone on with beyond corners of square roots: that, or the first point, changes the state."""
+        """Points beyond corners at which the segment ended; the first one beyond each is a change of state."""
         segment = self.state.segments[-1]
         while segment.outcome is Outcome.STEP_TOO_SMALL and segment.error is None:
             starting_point = beyond_corner(request, segment)
@@ -264,24 +341,24 @@ class CurveRun(Run[CurveRequest]):
                 yield point._replace(kind="regular") if point.kind == "start" else point
 
     def _full_slip_corner(self, request: CurveRequest, before: Step | None, step: Step) -> Generator[Point, None, None]:
-        """The corner between two steps on one side of which a contact sticks at all times, on the other slips."""
+        """The corner between two steps where a contact goes from stick at all times to slip at all times, if any."""
         if before is None or not may_slip_at_once(request):
             return
-        corner = where_all_slips(request, before, step)
+        corner = corner_between(request, before, step)
         if corner is not None:
             yield self._point(corner, None, corner.residual_norm)._replace(kind=STATE_CHANGE)
 
     def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
-        """From the first point of a segment, or from where it was interrupted; None without a first point."""
+        """The continuation of a segment from its first or its last known point; None where no first point is found."""
         state, starting_point, special = self.state, request.starting_point, self._special
         restart, state.restart = state.restart, ()
         earlier, state.earlier = state.earlier, NO_WORK
-        inside: dict[str, Any] = {"context": request.context}
+        start: dict[str, Any] = {"context": request.context}
         if restart:
             x: Array | None = restart[-1].state[:-1]
         elif starting_point is not None:
             x = starting_point.x
-            inside |= {"at": starting_point.at, "direction": starting_point.direction}
+            start |= {"at": starting_point.at, "direction": starting_point.direction}
         else:
             x = self._first(request)
         if x is None:
@@ -289,7 +366,7 @@ class CurveRun(Run[CurveRequest]):
         outputs, postprocessing = self.recorder.outputs, self.recorder.postprocessing
         steps = StateContinuation(
             request.system, x, request.start, request.stop, jumps=state.jumps, restart=restart, earlier=earlier,
-            each=adapted_to(request.options) is not None,
+            each=request.options.adapt_harmonics is not None,
             options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),
             requested=(*request.requested, *((meeting[0],) if meeting else ())),
             events=(
@@ -301,20 +378,21 @@ class CurveRun(Run[CurveRequest]):
             watched=(
                 Largest(outputs, request.largest_of, request.system, postprocessing) if request.largest_of else None
             ),
-            **inside,
+            **start,
         )  # fmt: skip
         if special is not None and steps.resumed_at is not None:
             special.take_up(steps.resumed_at, restart[-1].values[-1])
         return steps
 
     def _first(self, request: CurveRequest) -> Array | None:
+        """Unknowns (N,) of the first point; None where every strategy fails."""
         return FirstPoint(
             request.balance, request.inputs, request.omega,
             guess=request.guess, report=self.tell, last_resort=lambda: settled_in_time(request), searching=self.tell,
         ).find()  # fmt: skip
 
     def _point(self, step: Step, before: Step | None, residual: float) -> Point:
-        """A step as a point of the results; ``before`` is the solution before it."""
+        """Point of the results from a step; ``before`` is the solution before it."""
         request, special, take = self.request, self._special, self.recorder.postprocessing.attempt
         kind = step.kind
         if kind == "requested" and step.parameter not in request.requested:
@@ -333,101 +411,14 @@ class CurveRun(Run[CurveRequest]):
         )  # fmt: skip
 
     def _largest(self, step: Step) -> str:
-        """The output whose amplitude is the largest at a step."""
+        """Output with the largest amplitude at a step."""
         outputs = self.recorder.outputs
         motion, _ = outputs.motion_along(step, self.request.system)
         return outputs.names[int(amplitude(outputs.balance.harmonics, motion).value.argmax())]
 
 
-_REACHES = (1e-4, 1e-3, 1e-2, 0.05)
-"""Of the range: how far beyond its end the rest of a segment is sought."""
-_NEAREST = 1e-7
-_AT_ALL_TIMES = 1.0 - 1e-9
-"""Change of the part in slip that is one from stick at all times to slip at all times."""
-_FARTHEST, _CONTINUOUS = 0.5, 1e-3
-"""Of the motion: how far off it is sought, and how far apart both sides of a corner may be."""
-
-
-def may_slip_at_once(request: CurveRequest) -> bool:
-    """Whether a curve can have the corner of a contact that begins to slip at all times at one point."""
-    return any(batch.law.slips_at_once for batch in request.balance.batches)
-
-
-def beyond_corner(request: CurveRequest, segment: Segment) -> StartingPoint | None:
-    """Where a segment goes on that ended at the corner of a square root; None where there is none such.
-
-    Friction in two directions begins to slip at all times at one point of a curve where the orbit is a circle: the
-    force grows with the root of what the circle is larger than the limit, and Newton's method finds no way from the one
-    side to the other. Beyond it the curve is smooth again: a solution is found there and followed back to the corner.
-    """
-    if segment.last is None or not may_slip_at_once(request):
-        return None
-    (end, x), span = segment.last, request.stop - request.start
-    size = norm(x)
-
-    def solved(value: float, guess: Array) -> Array | None:
-        result = newton_at(request.system, guess, value, options=request.options.newton, scale=norm(guess) or 1.0)
-        return result.x if result.converged else None
-
-    for reach in _REACHES:
-        at = end + reach * span
-        if (request.stop - at) * span <= 0.0:
-            return None
-        inputs, omega = request.system.at(at)
-        y = solved(at, x)
-        if y is None:
-            y = FirstPoint(request.balance, inputs, omega, guess=x).find()
-        nearest: tuple[float, Array] | None = None
-        while y is not None and norm(y - x) <= _FARTHEST * size:
-            nearest = at, y
-            if abs(at - end) <= _NEAREST * abs(span):
-                break
-            at = end + 0.5 * (at - end)
-            y = solved(at, x + 0.5 * (y - x))
-        if nearest is not None and norm(nearest[1] - x) <= _CONTINUOUS * size:
-            direction = np.append(np.zeros(x.size), np.sign(span))
-            return StartingPoint(x=nearest[1], at=nearest[0], direction=direction)
-    return None
-
-
-def where_all_slips(request: CurveRequest, first: Step, second: Step) -> Step | None:
-    """The last step at which a contact sticks at all times, where it slips at all times beyond; None: there is none.
-
-    The corner of ``beyond_corner``, when a step leads across: it is narrowed down from the side that sticks, where
-    the motion is smooth.
-    """
-    before, after = slip_fractions(request, first), slip_fractions(request, second)
-    crossing = np.abs(after - before) > _AT_ALL_TIMES
-    if not crossing.any():
-        return None
-    sticking, slipping = (second, first) if before[crossing][0] > after[crossing][0] else (first, second)
-    low, high, found = sticking.parameter, slipping.parameter, copy(sticking)
-    least = 1e-12 * abs(request.stop - request.start)
-    while abs(high - low) > least:
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        options, scale = request.options.newton, norm(found.x) or 1.0
-        result = newton_at(request.system, found.x, middle, options=options, scale=scale)
-        there = copy(sticking)
-        there.state, there.evaluation = np.append(result.x, middle), result.evaluation
-        there.iterations, there.residual_norm = result.iterations, result.residual_norm
-        if result.converged and not slip_fractions(request, there)[crossing].any():
-            low, found = middle, there
-        else:
-            high = middle
-    return found
-
-
-def slip_fractions(request: CurveRequest, step: Step) -> Array:
-    """Parts of the period in slip of the contacts that can begin to slip at all times at once."""
-    batches, responses = request.balance.batches, step.evaluation.detail.responses
-    pairs = zip(batches, responses, strict=True)
-    return np.concatenate([response.detail.slip_fraction for batch, response in pairs if batch.law.slips_at_once])
-
-
 def special_points(request: CurveRequest) -> SpecialPoints | None:
-    """Test functions of the kinds of motion, where stability is asked for."""
+    """Test functions for changes of the kind of motion; None where stability is not computed."""
     if request.stability is None:
         return None
     from slipstick.analysis.stability.special_points import SpecialPoints
@@ -436,7 +427,7 @@ def special_points(request: CurveRequest) -> SpecialPoints | None:
 
 
 def _reaction(step: Step, before: Step | None) -> Reaction | None:
-    """By the Jacobian that a point, or the one an interpolated point leads to, was corrected with last."""
+    """Response to neglected harmonics, by the last Jacobian of a point or of the one after an interpolated point."""
     first, second = (before, step) if step.place is None else step.place[:2]
     if second.jacobian is None:
         return None
@@ -449,17 +440,17 @@ def _reaction(step: Step, before: Step | None) -> Reaction | None:
 
 
 def settled_in_time(request: CurveRequest) -> Array | None:
-    """Motion of the contacts (N,) settled from rest, roughly, by time integration; None without it."""
+    """Approximate motion of the contacts (N,) from time integration from rest; None where that is not possible."""
     from slipstick.analysis.time_domain.transient import transient
 
     problem = request.problem
-    if problem.support is not None:  # the mean of the forces does not tell the mean of the motion
+    if problem.support is not None:  # the mean forces do not determine the mean motion
         return None
     if request.parameter:
         problem = problem.at_parameter(request.parameter, request.start)
     try:
         motion = transient(problem, request.omega, periods=200, tolerance=1e-6)
-    except InputError:  # no equations in time, or a law that is not known there: one more way that failed
+    except InputError:  # no equations in time, or a law without a rate: this strategy fails too
         return None
     balance = request.balance
     compliance = balance.compliance(request.omega, request.inputs.structure, anchored=False)

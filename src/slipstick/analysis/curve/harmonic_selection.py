@@ -1,9 +1,8 @@
-"""Harmonics by need: each point of a branch with as few of them as its accuracy asks for.
+"""Adapted harmonics: each point of a branch with as few harmonics as its accuracy requires.
 
-All harmonics of the problem are unknowns throughout; those not in use are held at zero, so that the continuation sees
-one system of one size. How many are in use at a point is part of the ``context`` that points hand on: a point whose
-neglected harmonics would add too much is solved again with more of them, and where the highest of those in use have
-come to add next to nothing, the points after it are solved without.
+All harmonics of the problem are unknowns of the continuation; those not in use are held at zero. The number in use is
+part of the ``context`` that points hand on. A point with too large a truncation error is solved again with more
+harmonics. Where the highest ones contribute little, the next points are solved without them.
 """
 
 from __future__ import annotations
@@ -30,17 +29,18 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 SAFETY = 0.5
-"""Share of the tolerance that the estimate of what is neglected may reach: it can be too low by a factor of two."""
+"""Largest truncation estimate over the tolerance: the estimate may be low by a factor of two."""
 
 _DROPPED = 0.05
-"""Share of the tolerance that the highest harmonics in use may add where they are dropped."""
+"""Largest contribution over the tolerance of harmonics that are dropped."""
 
 _GROWTH = 1.4
+"""Ratio of the numbers of orders in successive levels, at least."""
 
 
 @dataclass(frozen=True)
 class HarmonicLevel:
-    """The balance with some of the harmonics; ``active`` marks their unknowns among all, ``columns`` (L,) a port's."""
+    """The balance with some harmonics: masks of their unknowns, and of coefficients (L,) at a port."""
 
     system: AnySystem
     outputs: Outputs
@@ -49,7 +49,7 @@ class HarmonicLevel:
 
     @property
     def balance(self) -> Balance:
-        """With these harmonics alone."""
+        """The balance with these harmonics."""
         return self.system.balance
 
     def spread(self, force: Array) -> Array:
@@ -60,7 +60,7 @@ class HarmonicLevel:
 
 
 def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySystem:
-    """The same system with harmonics by need, to a ``tolerance`` relative to the largest amplitude."""
+    """The same system with adapted harmonics, to a ``tolerance`` relative to the largest amplitude."""
     balance = system.balance
     outputs, levels = Outputs(balance, balance.problem.outputs or ()), []
     for orders in harmonic_ladder(balance.problem):
@@ -83,7 +83,7 @@ def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: st
 
 
 def harmonic_ladder(problem: Problem) -> list[Harmonics]:
-    """Sets of more and more orders of the problem, the last with all: those that are driven, and the lowest."""
+    """Growing sets of orders of the problem, the last with all: the driven orders and the lowest."""
     orders, count, levels = problem.harmonics.orders, 1, list[Harmonics]()
     driven = driven_orders(problem)
     while count < len(orders) - 1:
@@ -104,27 +104,27 @@ def driven_orders(problem: Problem) -> set[int]:
 
 
 class _AdaptedEvaluation(Evaluation):
-    """An evaluation that says by itself what the points after it are told, and whether it is good enough."""
+    """An evaluation whose context is computed on demand."""
 
-    told: Callable[[], Array]
+    next_context: Callable[[], Array]
 
     @property
     def context(self) -> Array:
-        """The harmonics in use after this point, and its contact states."""
-        return self.told()
+        """Level of harmonics for the next points, and contact states."""
+        return self.next_context()
 
 
 class _Adapting:
-    """What both kinds of systems have in common; the levels are those of ``harmonic_ladder``."""
+    """Common part of both kinds of systems; the levels are those of ``harmonic_ladder``."""
 
     balance: Balance
     at: Callable[[float], tuple[Inputs, float]]
 
-    def _take(self, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
+    def _set_levels(self, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
         self._levels, self._tolerance = levels, tolerance
 
     def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
-        """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
+        """Residual, Jacobian and slope for all unknowns, with the harmonics of the level in ``context``."""
         number, near = self._split(context)
         level = self._levels[number]
         value = level.system.evaluate(x[level.active], parameter, near)
@@ -139,11 +139,11 @@ class _Adapting:
             residual, EmbeddedJacobian(value.jacobian, level.active), slope, detail,
             lambda: _terms(value, level, x), None, point.again,
         )  # fmt: skip
-        evaluation.told = point.after
+        evaluation.next_context = point.after
         return evaluation
 
     def _split(self, context: Array | None) -> tuple[int, Array | None]:
-        """Which level, and the contact states: all harmonics where a context knows of states alone."""
+        """Number of the level, and contact states; all harmonics where the context has states only."""
         carried = self.balance.n_states
         if context is None or context.size == carried:
             return len(self._levels) - 1, context
@@ -155,7 +155,7 @@ class _Adapting:
         return replace(detail, responses=responses, inputs=inputs, adapted=point)
 
     def rates(self, detail: Detail, parameter: float, dx: Array, rate: float) -> tuple[list[dict[int, Array]], Array]:
-        """As of the system itself."""
+        """Rates of forces and loads, as of the system itself."""
         point = detail.adapted
         assert isinstance(point, _AtPoint)
         level = point.level
@@ -166,13 +166,13 @@ class _Adapting:
 class _AdaptedFrequency(_Adapting, FrequencySystem):
     def __init__(self, system: FrequencySystem, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
         FrequencySystem.__init__(self, system.balance, system.inputs)
-        self._take(levels, tolerance)
+        self._set_levels(levels, tolerance)
 
 
 class _AdaptedParameter(_Adapting, ParameterSystem):
     def __init__(self, system: ParameterSystem, levels: Sequence[HarmonicLevel], tolerance: float) -> None:
         ParameterSystem.__init__(self, system.balance, system.path, system.omega)
-        self._take(levels, tolerance)
+        self._set_levels(levels, tolerance)
 
 
 def _terms(value: Evaluation, level: HarmonicLevel, x: Array) -> Array:
@@ -183,7 +183,7 @@ def _terms(value: Evaluation, level: HarmonicLevel, x: Array) -> Array:
 
 
 class _AtPoint(Adapted):
-    """A solution with some of the harmonics, and what it says of them."""
+    """A solution with some harmonics: their truncation error, and the levels that follow from it."""
 
     def __init__(
         self, levels: Sequence[HarmonicLevel], number: int, tolerance: float, x: Array, value: Evaluation
@@ -193,17 +193,17 @@ class _AtPoint(Adapted):
 
     @property
     def in_use(self) -> int:
-        """How many harmonics, 0 included."""
+        """Number of harmonics, 0 included."""
         return len(self.level.balance.harmonics.orders)
 
     @property
     def context(self) -> Array:
-        """The context with which the same harmonics are in use, near the same contact states."""
+        """Context with the same harmonics and contact states."""
         return self._context(self._number)
 
     @cached_property
     def truncation(self) -> float:
-        """What those left out would add, relative to the largest amplitude."""
+        """Estimated contribution of neglected harmonics, relative to the largest amplitude."""
         inputs, reaction = Assigned.of([self.value.detail.asked]), EachReaction([Reaction(self.value.jacobian)])
         return float(truncation(self.level.outputs, self._some, self._motion, self._omega, inputs, reaction)[0])
 
@@ -223,13 +223,13 @@ class _AtPoint(Adapted):
         return self.level.outputs.motion(self._some, force, detail.inputs.P[None], self._omega, structures)
 
     def again(self) -> Array | None:
-        """With what it must be solved again: more harmonics; None where it is good, or all are in use."""
+        """Context with more harmonics to solve this point again; None where the accuracy suffices or all are in use."""
         if self._number == len(self._levels) - 1 or self.truncation <= SAFETY * self._tolerance:
             return None
         return self._context(self._number + 1)
 
     def after(self) -> Array:
-        """For the points after it: fewer harmonics where the last ones add next to nothing."""
+        """Context for the next points, with fewer harmonics where the last ones contribute little."""
         number = self._number
         while number > 0 and self._dropped(number - 1) <= _DROPPED * self._tolerance:
             number -= 1
@@ -240,10 +240,10 @@ class _AtPoint(Adapted):
         return np.append(float(number), () if carried is None else carried)
 
     def _dropped(self, number: int) -> float:
-        """Largest deviation at the contacts of what a lower level does not have, over that of all."""
+        """Largest deviation at the contacts by harmonics that a lower level lacks, over that of all."""
         b = self.level.balance
         X = self._some.reshape(1, b.n_ports, b.L)
-        lost = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._levels[number].balance.harmonics.orders))])
-        at = [0, *(b.harmonics.index(m, part) for m in lost.orders[1:] for part in ("c", "s"))]
+        dropped = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._levels[number].balance.harmonics.orders))])
+        at = [0, *(b.harmonics.index(m, part) for m in dropped.orders[1:] for part in ("c", "s"))]
         size = largest_deviation(b.harmonics, X).max(initial=0.0)
-        return float(largest_deviation(lost, X[..., at]).max(initial=0.0) / size) if size > 0 else 0.0
+        return float(largest_deviation(dropped, X[..., at]).max(initial=0.0) / size) if size > 0 else 0.0

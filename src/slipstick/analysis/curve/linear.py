@@ -1,4 +1,4 @@
-"""Linear references of a response curve: without the contacts, and with all of them stuck."""
+"""Linear limits of a response curve: without contacts, and with all contacts stuck."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from slipstick.units import Units
 
 
 def frequencies_of(omega: Any, units: Units | None) -> Array:
-    """Frequencies (n,) of what a user gives, rad/s: numbers, or texts in the units of a problem."""
+    """Frequencies (n,) in rad/s from numbers, or from texts in the units of a problem."""
     expected = "frequencies > 0 in rad/s, one or a list"
     if isinstance(omega, str):
         omega = frequency("omega", omega, units)
@@ -37,7 +37,7 @@ def frequencies_of(omega: Any, units: Units | None) -> Array:
 
 
 def ends_of(omega: Any, w: Array) -> tuple[float, float]:
-    """The lowest and highest of frequencies (n,) made of what a user gave, with its unit where all have one."""
+    """The lowest and highest of frequencies ``w`` (n,), with a unit where all given values have one."""
     given = [omega] if isinstance(omega, str) else omega
     stated = isinstance(given, list | tuple) and all(isinstance(value, str) for value in given)
     kind = WithUnit if stated else float
@@ -45,7 +45,7 @@ def ends_of(omega: Any, w: Array) -> tuple[float, float]:
 
 
 class LinearLimit:
-    """The linear system of a problem, "free" or "stuck", made ready for any frequencies."""
+    """The linear system of a problem with contacts "free" or "stuck", for any frequencies."""
 
     def __init__(self, balance: Balance, state: str) -> None:
         self.balance, self.state, self._P = balance, state, balance.problem.inputs.P
@@ -70,7 +70,7 @@ class LinearLimit:
         return self._outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
 
     def solutions(self, w: Array, motion: Array, warnings: Sequence[str] = ()) -> Solutions:
-        """Those of frequencies (n,) with their motion (n, n_outputs, L)."""
+        """Solutions at frequencies (n,) with their motion (n, n_outputs, L)."""
         problem = self.balance.problem
         values = {
             "omega": w,
@@ -78,8 +78,8 @@ class LinearLimit:
             "amplitude": amplitude(problem.harmonics, motion).value,
             "mean": motion[:, :, 0],
         }
-        told = f"linear response, contacts {self.state}"
-        attributes = attributes_of(problem, Outcome.COMPLETED, told, warnings, analysis="linear")
+        message = f"linear response, contacts {self.state}"
+        attributes = attributes_of(problem, Outcome.COMPLETED, message, warnings, analysis="linear")
         layout = layout_of(problem, only=tuple(values))
         return Solutions(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
 
@@ -110,7 +110,7 @@ def rows_of(balance: Balance, batch: Batch) -> NDArray[np.intp]:
 
 
 def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
-    """Motion of the ports (n, n_ports, L) with springs and constant forces c (n_ports, L): harmonics are apart."""
+    """Motion of the ports (n, n_ports, L) with springs and constant forces c (n_ports, L), harmonic by harmonic."""
     p = balance.n_ports
     unit, x = np.eye(p), np.empty((w.size, p, balance.L))
     push = np.concatenate([-c, P])
@@ -131,8 +131,11 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
 
 
 _MOST, _LEAST = 401, 61
+"""Largest and smallest number of equally spaced frequencies of a reference curve."""
 _SECONDS = 2.0
-_DOFS, _TOPS, _ROUNDS, _NEARER = 3, 3, 6, 9
+"""Processor time that they may take."""
+_PEAK_DOFS, _PEAKS, _PEAK_ROUNDS, _PEAK_POINTS = 3, 3, 6, 9
+"""Refinement of peaks: number of first outputs, of their highest peaks, of rounds, and of points in each round."""
 
 
 def linear_references(
@@ -140,9 +143,8 @@ def linear_references(
 ) -> Iterator[tuple[str, Solutions]]:
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
-    As many frequencies as the seconds allow, structures that are solved anew at each get fewer; the natural ones
-    besides, and more about the highest peaks, so that these do not depend on how many there are. Where no contact can
-    stick there is one limit.
+    The number of frequencies is what ``seconds`` allow. Natural frequencies and points around the highest peaks are
+    added, so that peaks do not depend on that number. Where no contact can stick there is one limit.
     """
     known: LinearLimit | None = None
     for state, label in (("free", "without contact"), ("stuck", "stuck")):
@@ -160,10 +162,10 @@ def linear_references(
 
 
 def _over(limit: LinearLimit, low: float, high: float, seconds: float) -> tuple[Array, Array]:
-    """Frequencies and motion over the range, as many as the processor time they take allows."""
+    """Frequencies and motion over the range, as many as the processor time allows."""
     first = np.linspace(low, high, _LEAST)
-    limit.motion(first[:1])  # what is made once is not what a frequency costs
-    begin = time.process_time()  # which other programs do not make longer: the same curve each time
+    limit.motion(first[:1])  # without the cost of the first call
+    begin = time.process_time()  # other programs do not change it: the same curve each time
     motion = limit.motion(first)
     count = int(np.clip(_LEAST * seconds / max(time.process_time() - begin, 1e-6), _LEAST, _MOST))
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
@@ -172,24 +174,24 @@ def _over(limit: LinearLimit, low: float, high: float, seconds: float) -> tuple[
 
 
 def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Array]:
-    """More frequencies between the neighbours of the highest peaks of each of the first dofs, nearer and nearer."""
-    for _ in range(_ROUNDS):
-        sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_DOFS]).value
+    """Frequencies and motion with closer and closer frequencies around the highest peaks of the first outputs."""
+    for _ in range(_PEAK_ROUNDS):
+        sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_PEAK_DOFS]).value
         highest = {int(at) for size in sizes.T for at in tops(size)}
-        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(highest)]
+        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _PEAK_POINTS) for k in sorted(highest)]
         w, motion = _joined(limit, w, motion, np.concatenate([w[:0], *near]))
     return w, motion
 
 
 def tops(size: Array) -> NDArray[np.intp]:
-    """Places of the highest local maxima, the ends among them."""
+    """Indices of the highest local maxima, ends included."""
     padded = np.concatenate([[-np.inf], size, [-np.inf]])
     maxima = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
-    return maxima[np.argsort(-size[maxima], kind="stable")[:_TOPS]]
+    return maxima[np.argsort(-size[maxima], kind="stable")[:_PEAKS]]
 
 
 def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
-    """Frequencies (n,) and motion with those of further frequencies, in order; without any where it has no bound."""
+    """Frequencies (n,) and motion, ``more`` frequencies added in order where the motion is bounded."""
     new = np.setdiff1d(more, w)
     if not new.size:
         return w, motion

@@ -1,4 +1,4 @@
-"""Many curves of one form followed side by side: the same points, peaks and warnings as each alone, for less time.
+"""Many curves of one form followed together: the same points, peaks and warnings as each alone, in less time.
 
 Steps (``solve/continuation/lockstep.py``) and what lies between them (``lockstep_output.py``) are computed for all
 curves at once, and so are their peaks and turning points (``lockstep_events.py``) where these are plain. A curve on
@@ -19,7 +19,6 @@ from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.lockstep_events import Events, Located
 from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.analysis.curve.state_continuation import FOLDS, UNSOLVED
-from slipstick.analysis.road.options import adapted_to
 from slipstick.balance.evaluation import FrequencySystem, evaluated_together
 from slipstick.balance.many import ManyBalances, same_form
 from slipstick.balance.scaling import scales
@@ -38,10 +37,10 @@ from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array, BoolArray, IntArray
 
 MOST_UNKNOWNS = 70
-"""Unknowns up to which a curve is followed with others; contacts matter little beside them.
+"""Number of unknowns up to which a curve is followed with others; the number of contacts matters little.
 
-Not by how many there are: which way a case is solved may not depend on the workers that share the cases, as its last
-digits would. Processor time in lockstep over that of each alone, of chains of oscillators with one contact each
+The limit does not depend on the number of curves: last digits of a case would depend on the workers that share the
+cases. Processor time in lockstep over that of each alone, of chains of oscillators with one contact each
 (``benchmarks/ensembles.py sizes``):
 
 ========  ========  ========  ========  ========  =========  =========
@@ -58,25 +57,25 @@ unknowns  contacts  2 curves  4 curves  8 curves  16 curves  64 curves
 ========  ========  ========  ========  ========  =========  =========
 """
 MOST_CURVES = 256
-"""So many are followed side by side: of twice as many each takes hardly less time."""
-_ROOM = 25_000_000
-"""Numbers that the Jacobians of all points of curves side by side may hold."""
-_POINTS = 80
-"""Points that a curve is expected to be stepped to."""
-_RECORDED = 1000
-"""Points of which all that contacts do is computed in one go: what is kept of them on the way is large."""
+"""Largest number of curves together: each of twice as many takes hardly less time."""
+_JACOBIAN_ENTRIES = 25_000_000
+"""Largest number of entries in the Jacobians of all points of curves together."""
+_EXPECTED_POINTS = 80
+"""Expected number of steps of a curve."""
+_RECORDED_TOGETHER = 1000
+"""Number of points whose contact variables are computed together: they need much memory."""
 _KINDS = f"U{max(map(len, POINT_KINDS))}"
 
 
 def in_lockstep(request: CurveRequest) -> bool:
-    """Whether a curve can be followed with others: what is asked besides is found point by point."""
+    """Whether a curve can be followed with others; further requests need each point by itself."""
     balance = request.balance
     return (
         isinstance(request.system, FrequencySystem)
         and evaluated_together(balance)
         and all(is_friction(batch.law) for batch in balance.batches)
         and balance.size <= MOST_UNKNOWNS
-        and adapted_to(request.options) is None
+        and request.options.adapt_harmonics is None
         and request.stability is None
         and request.guess is None
         and request.starting_point is None
@@ -87,12 +86,12 @@ def in_lockstep(request: CurveRequest) -> bool:
 
 
 def most_together(request: CurveRequest) -> int:
-    """How many such curves are followed side by side."""
-    return max(1, min(MOST_CURVES, _ROOM // (_POINTS * (request.balance.size + 1) ** 2)))
+    """Largest number of such curves together."""
+    return max(1, min(MOST_CURVES, _JACOBIAN_ENTRIES // (_EXPECTED_POINTS * (request.balance.size + 1) ** 2)))
 
 
 def alike(first: CurveRequest, other: CurveRequest) -> bool:
-    """Whether two curves can be followed side by side."""
+    """Whether two curves can be followed together."""
     return (
         same_form(first.balance, other.balance)
         and (first.start, first.stop, first.peaks_of) == (other.start, other.stop, other.peaks_of)
@@ -122,7 +121,7 @@ class _Reactions:
 
 
 class Lockstep:
-    """Curves under way together; they must be ``alike``."""
+    """Runs of curves together; they must be ``alike``."""
 
     def __init__(self, requests: Sequence[CurveRequest]) -> None:
         self._requests, self._first = list(requests), requests[0]
@@ -130,7 +129,7 @@ class Lockstep:
         self._clock = time.perf_counter()
 
     def branches(self) -> list[Solutions | None]:
-        """The branch of each request, its warnings kept with it but not given; None of those to be followed alone."""
+        """The solutions of each request, with warnings that are not issued; None for curves to be followed alone."""
         with one_blas_thread():
             return self._branches()
 
@@ -166,13 +165,13 @@ class Lockstep:
     # points and their numbers
 
     def _recorded(self, located: Located, given_up: BoolArray) -> list[Solutions | None]:
-        """All points in order, and the numbers of each."""
+        """Solutions from all points in order."""
         pieces, whole, place = self._pieces(located)
         between = self._dense.points(pieces, whole)
         points = self._points(*self._in_order(located, pieces, place, between), located, pieces, between)
         ends = np.searchsorted(points.inputs.which, np.arange(len(self._requests) + 1)).tolist()
         given_up = given_up.copy()
-        for i, postprocessing in self._postprocessing.items():  # what could not be told is said where a curve is alone
+        for i, postprocessing in self._postprocessing.items():  # a curve that is followed alone names the failure
             given_up[i] |= bool(postprocessing.failures)
         values = [value for curves in self._portions(ends) for value in self._values(points, curves, ends)]
         seconds = (time.perf_counter() - self._clock) / len(self._requests)
@@ -182,17 +181,21 @@ class Lockstep:
         ]
 
     def _portions(self, ends: Sequence[int]) -> Iterator[range]:
-        """Neighbouring curves of one structure with some thousand points."""
+        """Groups of successive curves of one structure, with about a thousand points each."""
         structure, first = self._systems.structure.tolist(), 0
         for i in range(1, len(structure) + 1):
-            if i == len(structure) or structure[i] != structure[first] or ends[i + 1] - ends[first] > _RECORDED:
+            if (
+                i == len(structure)
+                or structure[i] != structure[first]
+                or ends[i + 1] - ends[first] > _RECORDED_TOGETHER
+            ):
                 yield range(first, i)
                 first = i
 
     def _values(self, points: Columns, curves: range, ends: Sequence[int]) -> list[dict[str, Any] | None]:
-        """Every variable of neighbouring curves; None of those of which something could not be told or is no solution.
+        """Every variable of successive curves; None for curves with a failure or a point that is no solution.
 
-        No number depends on which curves these are.
+        No value depends on the grouping.
         """
         begin, end = ends[curves[0]], ends[curves[-1] + 1]
         recorder = self._requests[curves[0]].recorder()
@@ -206,7 +209,7 @@ class Lockstep:
         ]
 
     def _pieces(self, located: Located) -> tuple[Segments, Numbers, Array]:
-        """Segments parted at located points; of which segment each piece is all (-1: of none), and its place in it."""
+        """Pieces of segments between located points, and of each the segment that it is (-1: a part) and its place."""
         segments = self._dense.segments
         whole, place = np.arange(segments.first.size), np.zeros(segments.first.size)
         parted = np.array(sorted(located.nodes), dtype=int)
@@ -225,7 +228,7 @@ class Lockstep:
     def _in_order(
         self, located: Located, pieces: Segments, place: Array, between: Interpolated
     ) -> tuple[Numbers, Numbers]:
-        """Of every point the number of its node or -1, and its number among those between or -1."""
+        """Number of the node of every point or -1, and its number among interpolated points or -1."""
         segments, nodes = self._dense.segments, self._dense.nodes
         starts = np.flatnonzero(np.append(True, nodes.branch[segments.first][1:] != nodes.branch[segments.first][:-1]))
         parts = [  # owner, low, place in the segment, node, between
@@ -250,7 +253,7 @@ class Lockstep:
     def _points(
         self, node: Numbers, number: Numbers, located: Located, pieces: Segments, between: Interpolated
     ) -> Columns:
-        """Points of all curves, as ``_in_order`` names them, each with what is known of it."""
+        """Columns of the points of all curves, in the order of ``_in_order``."""
         nodes, solved, count = self._dense.nodes, node >= 0, node.size
         other = number[~solved]
         piece = between.segment[other]
@@ -284,11 +287,11 @@ class Lockstep:
         )  # fmt: skip
 
     def _branch(self, i: int, own: Mapping[str, Any], seconds: float) -> Solutions:
-        """The branch of one request from its variables."""
+        """The solutions of one request from its variables."""
         request, points = self._requests[i], len(own["omega"])
         segment = Segment(number=1, start=request.start, stop=request.stop, points=points, outcome=Outcome.COMPLETED)
         outcome, message = joined([segment])
-        said = [*request.warnings, *request.doubts(own)]
+        said = [*request.warnings, *request.value_warnings(own)]
         work: dict[str, Any] = {
             "parts": 1, "evaluations": int(self._correctors.evaluations[i]),
             "linear_solves": int(self._correctors.solves[i]), "rejected_steps": int(self._rejected[i]),

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest
-from slipstick.analysis.peaks.events import _LEVEL, _NOISE, _ROUNDING, kept_up, peak_events
+from slipstick.analysis.peaks.events import AMPLITUDE_NOISE, PLATEAU, SLOPE_NOISE, kept_up, peak_events
 from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
@@ -244,7 +244,7 @@ class Events:
         """Amplitudes and their slopes (k, n_outputs) at solutions, as the event functions tell them."""
         size, slope = amplitude_with_slope(self._first.balance.harmonics, self._motion(z), self._motion(tangents))
         largest = np.maximum(self._moving(z), size.max(axis=1))[:, None]
-        slope[(np.abs(slope) <= _ROUNDING * size) | (size <= _NOISE * largest)] = 0.0
+        slope[(np.abs(slope) <= SLOPE_NOISE * size) | (size <= AMPLITUDE_NOISE * largest)] = 0.0
         return size, slope
 
     def _slopes(self, begins: BoolArray) -> tuple[Array, Array]:
@@ -261,7 +261,7 @@ class Events:
         change /= cubics.length[:, None, None, None]
         size, slope = amplitude_with_slope(self._first.balance.harmonics, along, change)
         largest = np.maximum(self._moving(nodes.states)[second], size.max(axis=(1, 2)))[:, None, None]
-        slope[(np.abs(slope) <= _LEVEL * size) | (size <= _NOISE * largest)] = 0.0
+        slope[(np.abs(slope) <= PLATEAU * size) | (size <= AMPLITUDE_NOISE * largest)] = 0.0
         slope[begins, 0] = self._at(nodes.states[first[begins]], nodes.tangents[first[begins]])[1]
         return slope, size[:, [0, -1]]
 

@@ -1,4 +1,4 @@
-"""Outputs between the solutions of a branch: from the contact forces at each motion, never interpolated themselves."""
+"""Motion of outputs between the solutions of a branch, from the contact forces there, not by interpolation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipstick.typing import Array
 
 
 def context_between(first: Step, second: Step) -> Any:
-    """With what a point in between is evaluated: as the next solution, or the one before if that has more harmonics."""
+    """Context for a point between two solutions: that of the second, or of the first if it has more harmonics."""
     before, after = first.evaluation, second.evaluation
     if after.detail.adapted is None:
         return after.context
@@ -27,7 +27,7 @@ def context_between(first: Step, second: Step) -> Any:
 
 
 class OutputObservables(Observables):
-    """Motion of the outputs that are no contact ports."""
+    """Motion of the outputs that are not contact ports."""
 
     def __init__(self, outputs: Outputs, system: AnySystem) -> None:
         self._outputs, self._system = outputs, system
@@ -35,13 +35,13 @@ class OutputObservables(Observables):
 
     @property
     def any(self) -> bool:
-        """Whether there are some."""
+        """Whether there are such outputs."""
         return bool(self._outputs.far)
 
     def narrow(self, low: float, high: float) -> Array:
-        """Where a harmonic meets a natural frequency of the structure, which contacts need not feel.
+        """Values between ``low`` and ``high`` at which a harmonic meets a natural frequency of the structure.
 
-        The middle where a structure does not tell them.
+        Contacts may not move in that mode. The middle, where the structure does not know its natural frequencies.
         """
         known = self._resonances
         if known is None:
@@ -49,7 +49,7 @@ class OutputObservables(Observables):
         return known[np.searchsorted(known, low) : np.searchsorted(known, high)]
 
     def between(self, first: Step, second: Step, states: Array) -> Between:
-        """The forces at states (n, N + 1)."""
+        """Outputs and residuals at states (n, N + 1)."""
         placed = [self._system.at(p) for p in states[:, -1].tolist()]
         inputs, omega = [one for one, _ in placed], np.array([w for _, w in placed])
         evaluated: Together | _OneByOne
@@ -62,9 +62,9 @@ class OutputObservables(Observables):
 
 
 def _resonances(system: AnySystem) -> Array | None:
-    """Frequencies at which a harmonic meets a natural frequency, ascending; None where that is not known.
+    """Frequencies at which a harmonic meets a natural frequency, ascending; None where the structure does not know.
 
-    Without damping there is no motion to be computed there.
+    Empty without damping: there is no bounded motion at them.
     """
     balance = system.balance
     if isinstance(system, ParameterSystem) or balance.springs is not None:
@@ -73,7 +73,7 @@ def _resonances(system: AnySystem) -> Array | None:
 
 
 class _OneByOne:
-    """What ``Together`` tells, of states that cannot be evaluated together; nan where there is no motion."""
+    """``Together`` for states that have to be evaluated one by one; nan where there is no motion."""
 
     def __init__(self, system: AnySystem, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
         self._system, self._parameters, balance = system, states[:, -1], system.balance

@@ -6,12 +6,11 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
-from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, StabilityRequest, frequency_request, parameter_request
 from slipstick.analysis.curve.linear import LinearLimit, ends_of, frequencies_of
-from slipstick.analysis.curve.request import StabilityRequest
 from slipstick.analysis.curve.steady import steady_request
 from slipstick.analysis.road.events import EventFunction
-from slipstick.analysis.road.options import response_options
+from slipstick.analysis.road.request import response_options
 from slipstick.balance.balance import Balance
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
@@ -24,7 +23,7 @@ from slipstick.solve.continuation import ContinuationOptions
 from slipstick.typing import Frequency, FrequencyList, FrequencyRange, Real, Reals
 
 FollowRequest = Literal["subharmonic"] | None
-"""Which branches are followed besides."""
+"""The argument ``follow`` of users: further branches to follow."""
 
 
 def forced_response(
@@ -258,14 +257,14 @@ def linear_response(problem: Problem, omega: FrequencyList, *, state: str = "fre
 
 
 def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
-    """Whether branches of twice the period are asked for, which need stability."""
+    """Whether to follow branches of twice the period, and the stability that they need."""
     if follow is not None and not (isinstance(follow, str) and follow == "subharmonic"):
         raise wrong("follow", follow, '"subharmonic" or None')
     return follow is not None, True if follow is not None and stability is False else stability
 
 
 def _branch(request: CurveRequest, options: Any, stability: StabilityRequest | None) -> Branch:
-    """What is followed; with a ``stability`` also what begins on it with twice the period."""
+    """The branch of a request; with a ``stability`` also branches of twice the period that start on it."""
     solutions = request.solutions()
     if stability is not None:
         from slipstick.analysis.stability.subharmonics import subharmonics_of

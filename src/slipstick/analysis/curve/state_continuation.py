@@ -1,7 +1,7 @@
-"""Contact states along a branch: carried from point to point, and over the folds where their equilibrium ends.
+"""Contact states along a branch: handed from point to point, and across folds where their equilibrium ends.
 
-Beyond a fold they are let go and settle, the structure answering at once: ``dz/dt = r(z, P)``. Vibration settles within
-periods, a body within seconds: on the way the motion is the steady one at each value.
+Beyond such a fold the states relax to another equilibrium: ``dz/dt = r(z, P)``. Vibration settles within periods, the
+temperature of a body within seconds: the motion is the steady one at each value of the states.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
-from slipstick.analysis.road.work import NO_WORK, Work
+from slipstick.analysis.road.run import NO_WORK, Work
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import Detail, FrequencySystem, ParameterSystem, evaluated_together
 from slipstick.balance.inputs import Inputs
@@ -27,10 +27,10 @@ from slipstick.solve.norm import norm, relative
 from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
 
-_SMALL = 1e-8
-"""Of the states' range: a rate at which they are at rest, and the error of the values on the way."""
-_LONGEST_TIME = 1e5
-"""In time constants of a state without friction."""
+_REST = 1e-8
+"""Rate over the span of the states at which they have relaxed, and tolerance of the integration."""
+_LONGEST_TIME, _LONGEST_STEP = 1e5, 1e3
+"""Longest integration and step, in time constants of a state without friction."""
 _NEWTON = NewtonOptions(max_iterations=40)
 
 
@@ -41,10 +41,10 @@ class MotionLostError(Exception):
 def relaxed(
     balance: Balance, inputs: Inputs, omega: float, x: Array, z: Array, *, reach: float = np.inf
 ) -> tuple[Array, Detail] | None:
-    """Motion (N,) and evaluation where fast contact states come to rest from values z (n_states,) at the motion x (N,).
+    """Motion (N,) and evaluation after fast contact states have relaxed from z (n_states,) at the motion x (N,).
 
-    Beyond their limits the parameters are held. None where the motion is lost on the way, or no rest is found, or the
-    motion at z is further from x than ``reach`` times its size.
+    Beyond their limits the parameters are held. None where no motion or no equilibrium is found, or where the motion
+    at z differs from x by more than ``reach`` times its size.
     """
     from scipy.integrate import solve_ivp
 
@@ -58,7 +58,7 @@ def relaxed(
         return np.where(moves, rates(z), 0.0)
 
     def moving(t: float, z: Array) -> float:
-        return float(np.max(np.abs(rate(t, z)) / span)) - _SMALL
+        return float(np.max(np.abs(rate(t, z)) / span)) - _REST
 
     moving.terminal, moving.direction = True, -1  # type: ignore[attr-defined]
     low = float(span.min())
@@ -66,26 +66,33 @@ def relaxed(
         rates(z)
         if np.linalg.norm(rates.x - x) > reach * np.linalg.norm(x):
             return None
-        way = solve_ivp(
-            rate, (0.0, _LONGEST_TIME), z, method="LSODA", events=moving, rtol=_SMALL, atol=_SMALL * low, max_step=1e3
+        solution = solve_ivp(
+            rate,
+            (0.0, _LONGEST_TIME),
+            z,
+            method="LSODA",
+            events=moving,
+            rtol=_REST,
+            atol=_REST * low,
+            max_step=_LONGEST_STEP,
         )
     except MotionLostError:
         return None
-    if way.status != 1:
+    if solution.status != 1:
         return None
-    result = _solve(balance, inputs, omega, rates.x, way.y[:, -1])
+    result = _solve(balance, inputs, omega, rates.x, solution.y[:, -1])
     return (result.x, result.evaluation.detail) if result.converged else None
 
 
 class SlowRates:
-    """Rates (n_states,) of contact states held at values (n_states,), at the steady motion there.
+    """Rates (n_states,) of contact states held at given values (n_states,), in steady motion.
 
-    ``x`` is the last motion, from which the next is sought, ``detail`` its evaluation.
+    ``x`` is the last motion, from which the next is sought, and ``detail`` its evaluation.
 
     Raises
     ------
     MotionLostError
-        Where there is no steady motion near it.
+        Where no steady motion is found from the last one.
     """
 
     def __init__(self, balance: Balance, inputs: Inputs, omega: float, x: Array) -> None:
@@ -93,7 +100,7 @@ class SlowRates:
         self.detail: Detail | None = None
 
     def __call__(self, z: Array) -> Array:
-        """At values (n_states,)."""
+        """Rates at values (n_states,)."""
         result = _solve(self._balance, self._inputs, self._omega, self.x, z)
         if not result.converged:
             raise MotionLostError
@@ -109,20 +116,26 @@ def _solve(balance: Balance, inputs: Inputs, omega: float, x: Array, z: Array) -
 
 
 UNSOLVED = 1e-8
-"""A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""
+"""Relative residual above which a point is no solution, for rounding: the branch ends before it."""
 
 FOLDS = ("turning point", NEAR_FOLD)
+"""Kinds of points at which a branch turns back, or nearly does."""
 _ROUNDING = 1e-11
-_FOLD = 0.5
-_BEYOND = (1e-5, 1e-4, 1e-3)
-_FAR = 1e-3
-_NEAR = 0.02
+"""Residual over the norm of the motion, up to which it is rounding."""
+_FOLD_MARGIN = 0.5
+"""Margin of the equilibrium of a state, up to which a fold of it may have ended the continuation."""
+_DISTANCES_BEYOND = (1e-5, 1e-4, 1e-3)
+"""Distances beyond a fold at which the states relax, over the range."""
+_CHANGED, _CHANGED_UNSTABLE = 1e-3, 20e-3
+"""Change of a state over its span, above which it is named: at a fold, and where stability was lost."""
+_SAME_MOTION = 0.02
+"""Relative change of motion beyond a turning point, up to which the held states still have their motion."""
 _MOST_JUMPS = 50
 
 
 @dataclass(frozen=True, kw_only=True)
 class Jump:
-    """A place where the equilibrium of a fast contact state ended and the contacts went on to the next one."""
+    """A parameter at which the equilibrium of a fast contact state ended and the states relaxed to another one."""
 
     parameter: float
     before: Detail
@@ -132,20 +145,20 @@ class Jump:
 
     @property
     def beyond_fold(self) -> bool:
-        """Whether this is another equilibrium, not the one that was about to end."""
+        """Whether the states reached another equilibrium, not the one near its fold."""
         return abs(_margin(self.after)) > 2.0 * abs(_margin(self.before))
 
     @property
     def far(self) -> bool:
         """Whether the values changed."""
-        # an equilibrium that becomes unstable at held motion only goes on beside itself
-        least = 20.0 * _FAR if _margin(self.after) < 0 and not self.turned else _FAR
+        # an equilibrium that becomes unstable at held motion continues close to itself
+        least = _CHANGED_UNSTABLE if _margin(self.after) < 0 and not self.turned else _CHANGED
         pairs = zip(self.before.states, self.after.states, strict=True)
         return any(bool(np.any(np.abs(new.values - old.values) > least * new.state.span)) for old, new in pairs)
 
     @property
     def text(self) -> str:
-        """Where, and between which values; the contacts whose value changes most."""
+        """The parameter and the values before and after, of the contacts that change most."""
         pairs = zip(self.before.states, self.after.states, strict=True)
         changes = [_change(old, new) for old, new in pairs if not new.state.slow]
         return f"{self.parameter:.6g} ({'; '.join(changes)})"
@@ -160,7 +173,7 @@ def _change(old: Carried, new: Carried) -> str:
 
 
 def _margin(detail: Detail) -> float:
-    """Of the state whose equilibrium is nearest to a fold."""
+    """Margin of the state whose equilibrium is nearest to a fold."""
     return min((state.margin for state in detail.states), key=abs)
 
 
@@ -171,7 +184,7 @@ def _equilibria(states: Sequence[ContactState]) -> str:
 def relative_residual(step: Step) -> float:
     """Norm of the residual of a step, each entry over the size of its own terms.
 
-    Where it is rounding beside the motion alone, which is one of the terms, that ratio is given: it is an upper bound.
+    Where it is rounding relative to the motion, which is one of the terms, that ratio is returned, an upper bound.
     """
     value, size = step.evaluation, norm(step.x)
     if step.residual_norm <= _ROUNDING * size:
@@ -180,22 +193,22 @@ def relative_residual(step: Step) -> float:
 
 
 class StateContinuation(Iterator[Step]):
-    """A continuation that hands the contact states of each point on to the next; a plain one without.
+    """A continuation that hands the contact states of each point to the next one.
 
-    Near the states of the last point the balance has a solution only as long as their equilibrium exists. Where it
-    ends, they are let go and the branch is followed from where they settle. Arguments and attributes are those of
-    ``continuation``; besides:
+    The balance has a solution near the states of the last point only while their equilibrium exists. Where that ends,
+    the states relax, and a new continuation follows the branch from there. Arguments and attributes are those of
+    ``continuation``, and these:
 
     Attributes
     ----------
     jumps
-        The text of every ``Jump`` so far, added to those of the list given.
+        Texts of all jumps so far, appended to the given list.
     residual
         Relative residual of the last step; nan of an interpolated one that is evaluated with others later.
     earlier
-        Work of the runs before the present one; given, together with ``restart``, to go on where another stood.
+        Work of the continuations before the present one; given with ``restart`` to resume.
 
-    ``each`` asks for an evaluation of every interpolated point; without, those that can are evaluated together later.
+    ``each``: whether to evaluate every interpolated point here; by default they are evaluated together later.
     """
 
     def __init__(
@@ -226,7 +239,7 @@ class StateContinuation(Iterator[Step]):
             return next(self._steps)
         except StopIteration:
             raise
-        except Exception as error:  # of what is done here besides: a run keeps its own
+        except Exception as error:  # errors of this class; a continuation handles its own
             if not self._run.points:
                 raise
             self._error = error
@@ -245,41 +258,41 @@ class StateContinuation(Iterator[Step]):
 
     @property
     def restart_point(self) -> RestartPoint | None:
-        """Where the present run stands."""
+        """Restart point of the present continuation."""
         return self._run.restart_point
 
     @property
     def resumed_at(self) -> Step | None:
-        """The step it goes on from where it was given ``restart``."""
+        """The step from which a continuation with ``restart`` resumes."""
         return self._run.resumed_at
 
     @property
     def work(self) -> Work:
-        """Work of all runs so far."""
+        """Work of all continuations so far."""
         run = self._run
         return self.earlier.plus(Work(1, run.evaluations, run.solves, run.rejected))
 
     def _follow(self) -> Iterator[Step]:
-        landed = False
+        jumped = False
         while True:
             run, over = self._run, False
             last = run.resumed_at
             outcome, message, waiting = run.outcome, run.message, list[Step]()
             for step in run:
-                if step.kind == "interpolated":  # it counts once the point it leads to does
+                if step.kind == "interpolated":  # it waits for the solution after it
                     waiting.append(step)
                     continue
                 self.residual = relative_residual(step)
                 if self.residual > UNSOLVED and step.inserted and step.kind != "requested":
-                    continue  # where next to nothing moves rounding is all there is, but the branch goes on
+                    continue  # rounding of a very small motion: the branch goes on
                 if self.residual > UNSOLVED:
                     outcome = Outcome.STEP_TOO_SMALL
                     message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {self.residual:.0e})"
                     break
-                if self._ended(step.evaluation.detail, f"at {step.parameter:g}: "):
+                if self._out_of_range(step.evaluation.detail, f"at {step.parameter:g}: "):
                     return
-                if landed:
-                    step.kind, landed = "regular", False
+                if jumped:
+                    step.kind, jumped = "regular", False
                 residual = self.residual
                 yield from self._evaluated(waiting)
                 self.residual, waiting = residual, []
@@ -297,10 +310,10 @@ class StateContinuation(Iterator[Step]):
                 stuck = outcome in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
                 if last is None or not stuck or not self._jump(last, last):
                     return
-            landed = True
+            jumped = True
 
     def _evaluated(self, waiting: Sequence[Step]) -> Iterator[Step]:
-        """Interpolated points, each evaluated where all together cannot be."""
+        """Interpolated points, evaluated one by one where they cannot be evaluated together."""
         for step in waiting:
             self.residual = nan
             if not self._together:
@@ -313,27 +326,27 @@ class StateContinuation(Iterator[Step]):
             yield step
 
     def _jump(self, fold: Step, before: Step, *, turned: bool = False) -> bool:
-        """Begin a run beyond a place where the equilibrium of a state ends; False if it does not end there.
+        """Begin a continuation beyond the end of the equilibrium of a state; False if it does not end at ``fold``.
 
-        ``before`` shows the direction of travel. At a turning point it is the state that turns the branch where the
-        motion at the values as they are goes on.
+        ``before`` gives the direction of travel. A turning point is due to the states if the motion at their held
+        values continues beyond it.
         """
         here: Detail = fold.evaluation.detail
         z = here.carried
         if z is None or all(carried.state.slow for carried in here.states) or self.earlier.runs >= _MOST_JUMPS:
             return False
-        if not (turned or abs(_margin(here)) < _FOLD):
+        if not (turned or abs(_margin(here)) < _FOLD_MARGIN):
             return False
         low, high = min(self._ends), max(self._ends)
         forward = 1.0 if before.tangent_parameter >= 0 else -1.0
-        for share in _BEYOND:
+        for share in _DISTANCES_BEYOND:
             p = min(max(fold.parameter + forward * share * (high - low), low), high)
-            rest = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
+            rest = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_SAME_MOTION if turned else np.inf)
             if rest is None:
                 continue
             x, there = rest
             jump = Jump(parameter=fold.parameter, before=here, after=there, turned=turned)
-            if self._ended(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
+            if self._out_of_range(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
                 return False
             if jump.far if turned else jump.beyond_fold:
                 if jump.far:
@@ -345,8 +358,8 @@ class StateContinuation(Iterator[Step]):
                 return True
         return False
 
-    def _ended(self, detail: Detail, where: str) -> bool:
-        """Whether a contact state is no result, which ends the branch."""
+    def _out_of_range(self, detail: Detail, where: str) -> bool:
+        """Whether a contact state has left its valid range, which ends the branch."""
         for carried in detail.states:
             if fault := carried.fault():
                 self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{carried.state.left} ({where}{fault})"
@@ -355,7 +368,7 @@ class StateContinuation(Iterator[Step]):
 
 
 def jumps_text(jumps: Sequence[str], states: Sequence[ContactState]) -> str:
-    """What to add to the message of the outcome, or nothing."""
+    """Addition to the message of the outcome; empty without jumps."""
     if not jumps:
         return ""
     where = ", at ".join(jumps[:5])

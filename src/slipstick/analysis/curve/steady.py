@@ -1,4 +1,4 @@
-"""Single steady motions: at given values of what would be followed, without the curve between them."""
+"""Steady motions at given frequencies or parameter values, without the curve between them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
+from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_arguments, curve_over, special_points
 from slipstick.analysis.curve.linear import ends_of, frequencies_of
-from slipstick.analysis.curve.request import curve_arguments
 from slipstick.analysis.road.request import Checks
 from slipstick.balance.balance import Balance
 from slipstick.errors import Fault, InputError, Outcome
@@ -21,14 +20,14 @@ from slipstick.results.solutions import Solutions
 from slipstick.typing import Array
 
 _LISTED = 5
-"""So many values without a solution are named."""
+"""Number of values without a solution that a message names."""
 
 
 def steady_request(
     problem: Any, parameter: Any = None, values: Any = None, *, omega: Any, guess: Any = None, options: Any = None,
     listeners: Any = (), stability: Any = False,
 ) -> SteadyRequest:  # fmt: skip
-    """What ``steady_response`` computes; its arguments, checked. Raises InputError with all faults."""
+    """Request of ``steady_response``; its arguments, checked. Raises InputError with all faults."""
     checks = Checks(problem)
     over = parameter is not None
     name = checks.name(parameter) if over else ""
@@ -64,18 +63,18 @@ def _values(values: Any) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyRequest(CurveRequest):
-    """Points to be found, each by itself; ``near`` is a branch near which they are sought."""
+    """A request for separate points; ``near`` is a branch whose points are the first guesses."""
 
     values: tuple[float, ...]
     near: Solutions | None = None
     analysis: ClassVar[str] = "steady"
 
     def run(self) -> SteadyRun:
-        """What finds them."""
+        """The run that finds the points."""
         return SteadyRun(self)
 
     def at(self, value: float) -> CurveRequest:
-        """A curve that begins at a value."""
+        """Request for a curve that begins at a value."""
         inputs, omega = self.system.at(value)
         guess, context = self.guess, None
         if self.near is not None:
@@ -85,12 +84,12 @@ class SteadyRequest(CurveRequest):
 
 
 class SteadyRun(CurveRun):
-    """Steady points under way."""
+    """Run that finds separate points."""
 
     request: SteadyRequest
 
     def points(self) -> Generator[Point, None, None]:
-        """One for each value, but those where there is none."""
+        """A point for each value at which one is found."""
         values, missed = self.request.values, list[tuple[float, Outcome, str]]()
         self._special = special_points(self.request)
         for number, value in enumerate(values, 1):

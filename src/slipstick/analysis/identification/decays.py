@@ -29,23 +29,23 @@ if TYPE_CHECKING:
     import xarray
 
 _MOST_UNKNOWNS = 24
-"""Numbers of an initial state, at most."""
+"""Largest size of an initial state."""
 _RELATIVE = 1e-11
-"""Tolerance of the integration."""
+"""Relative tolerance of the integration."""
 _STEP = 1e-6
-"""Relative change for a difference."""
+"""Relative step of differences."""
 _NEAR = 1e-3
-"""Change of the motion by a change of the initial state, over its size, that is taken as linear; at the end it is 0."""
+"""Relative change of the motion up to which it is linear in a change of the initial state; at the end it is 0."""
 _MOST_RATES = 5_000
-"""Evaluations of the rate in a period, beyond which the motion is too fast to be that measured."""
+"""Evaluations of the rate in a period, above which the motion is too fast to be the measured one."""
 _MOST = 6
-"""Corrections of the initial state."""
+"""Largest number of corrections of the initial state."""
 _KNOWN = 1e-6
-"""Singular value over the largest below which a part of the initial state is left as it is."""
+"""Singular value over the largest one, up to which a component of the initial state is not corrected."""
 
 
 def decay_of(problem: Problem, data: xarray.Dataset, dof: str, omega: float) -> Decay | None:
-    """The decay in a dataset over ``time``; None where the motion of the problem is not one that is simulated here.
+    """The decay in a dataset over ``time``; None where the motion of the problem cannot be simulated here.
 
     Contacts of laws that tell a rate, that neither switch nor stick and slip, and no more than 24 numbers in the state.
     """
@@ -73,17 +73,17 @@ def _simulated(problem: Problem) -> bool:
 
 
 def _model(problem: Problem, dof: str) -> PiecewiseLinear:
-    """The equations in time, of which ``dof`` is the output; loads that vibrate are left out where they are used."""
+    """The equations in time, with output ``dof``; the decay has no vibrating loads."""
     still = [load for load in problem.loads if load.harmonic == 0]
     return PiecewiseLinear(friction_system(replace(problem, loads=still, outputs=[dof], told=None), 1.0))
 
 
 class _TooFastError(Exception):
-    """The motion needs more steps than one that was measured could."""
+    """The motion needs more steps than a measured one can."""
 
 
 class _SideBySide:
-    """Problems that differ in the values of their parameters, integrated together."""
+    """Copies of a problem with different values of parameters, integrated together."""
 
     def __init__(self, problems: Sequence[Problem], dof: str) -> None:
         models = [_model(problem, dof) for problem in problems]
@@ -155,7 +155,7 @@ class _SideBySide:
 
 
 class DecayPredictor:
-    """The motion at the times of a measured decay, from the initial state that fits it best."""
+    """Predicts a measured decay, from the initial state that fits it best."""
 
     several = 0
 
@@ -165,11 +165,11 @@ class DecayPredictor:
         self._used = np.isfinite(measured.values)
         self._weight = np.ones(measured.time.shape) if measured.noise is None else 1.0 / measured.noise
         self._kept: tuple[Array, Array, Array] | None = None
-        """Parameters, the initial state that went with them, and its derivatives (N, n_p)."""
+        """Last parameters, their initial state, and its derivatives (N, n_p)."""
         self._slopes: Array = np.empty(0)
 
     def begin(self, p: Array) -> bool:
-        """There is one answer."""
+        """False: there is only one motion."""
         return False
 
     def values(self, p: Array) -> Array:
@@ -193,7 +193,7 @@ class DecayPredictor:
             by_p = ((found[1 + unknowns :] - found[0]) / steps[:, None]).T
             left = (self.measured.values - x)[self._used] * weight
             cost = float(left @ left)
-            if cost > 4.0 * best and damping > 1e-3:  # too far: half of the step
+            if cost > 4.0 * best and damping > 1e-3:  # too large: halve the step
                 damping *= 0.5
                 s = s - damping * step * sizes
                 continue
@@ -209,14 +209,14 @@ class DecayPredictor:
         return np.asarray(x + by_state @ step)
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n)."""
+        """Derivatives (n_p, n) of the displacements."""
         return self._slopes
 
     def _at(self, p: Array) -> Problem:
         return self.problem.at_parameters(dict(zip(self.names, p, strict=True)))
 
     def _first(self, copies: _SideBySide) -> Array:
-        """A state to begin with: the linear mode nearest in frequency, with the motion and velocity measured."""
+        """First initial state: the linear mode nearest in frequency, with measured displacement and velocity."""
         s, omega = copies.system, self.measured.omega
         A = copies._A[0]
         rates, shapes = np.linalg.eig(A[: 2 * s.n, : 2 * s.n])

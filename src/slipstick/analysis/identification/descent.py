@@ -1,9 +1,9 @@
-"""Least squares from one start, and again with numbers weighted by the noise that was found."""
+"""Least squares from one start, and with weights from the noise of an earlier fit."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,27 +14,23 @@ from slipstick.analysis.identification.predicted import Predictor
 from slipstick.errors import InputError
 from slipstick.typing import Array
 
-if TYPE_CHECKING:
-    pass
-
-
 _TOLERANCE = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15}
 _TOLERANCE_IN_TIME = {"xtol": 1e-8, "ftol": 1e-10, "gtol": 1e-12}
-"""Of motions that are integrated."""
+"""Tolerances of least squares, the second for motions that are integrated."""
 _CHOICES = 5
-"""Descents, each with the motions nearest to what was measured at the parameters of the one before."""
+"""Largest number of descents, each with the motions nearest to the measurement at the last parameters."""
 FAR = 0.1
-"""Misfit above which a fit ended far from what was measured."""
+"""Misfit above which a fit ended far from the measurement."""
 _LEAST_NOISE = 2e-4
-"""Misfit below which weights are not taken from what is left: it is rather what the model and its harmonics lack."""
+"""Misfit below which residuals are errors of the model and its harmonics, and give no weights."""
 _WEIGHTED = 8
-"""Times that numbers are weighted by the noise of the fit before, at most."""
+"""Largest number of reweighted fits."""
 _SAME_NOISE = 1e-2
-"""Relative change of the noise at which the weights stay."""
+"""Relative change of the noise, below which the weights are final."""
 
 
 class End(NamedTuple):
-    """Where a descent ended."""
+    """The end of a descent."""
 
     p: Array
     cost: float
@@ -48,7 +44,7 @@ class End(NamedTuple):
     evaluations: int
     predictor: Predictor
     misfit: float
-    """Root mean square of what is left over that of what was measured."""
+    """Root mean square of the residuals over that of the measurement."""
 
 
 class Descent:
@@ -68,29 +64,29 @@ class Descent:
         self.most = most or request.most
         self.unit = np.where(start != 0.0, np.abs(start), 1.0)
         self.evaluations = 0
-        self.asked: tuple[Array, Array] | None = None
+        self.latest: tuple[Array, Array] | None = None
         self.step: End | None = None
-        """The last one that was accepted, as if it were the end."""
+        """The last accepted step, in the form of an end."""
 
     def run(self) -> End:
-        """To the end, with the motions meant chosen again until they stay.
+        """Descend with renewed choices of motions until they stay the same.
 
-        Where that ends badly, at the start some motion was perhaps not among those possible: points far from what was
-        measured are given less weight until the others have found the parameters at which it is.
+        After a bad end, a second descent gives less weight to points far from the measurement: at the start, the
+        measured motion may not exist there. The full weights follow from the parameters that it finds.
         """
-        best = self.chosen(self.start)
+        best = self.choose_and_descend(self.start)
         if best.misfit > 2.0 * FAR and not self.request.measured.in_time:
             far = self.request.predictor()
             other = Descent(self.request, self.start, far, place=self.place)
-            near = other.chosen(self.start, loss="cauchy")
+            near = other.choose_and_descend(self.start, loss="cauchy")
             if np.isfinite(near.cost):
-                near = other.chosen(near.p)
+                near = other.choose_and_descend(near.p)
                 near = near._replace(evaluations=best.evaluations + near.evaluations)
                 best = min(best, near, key=lambda end: end.cost)
         return best
 
-    def chosen(self, p: Array, loss: str = "linear") -> End:
-        """To the end from parameters, with the motions meant chosen again until they stay."""
+    def choose_and_descend(self, p: Array, loss: str = "linear") -> End:
+        """Descend from parameters with renewed choices of motions until they stay the same."""
         best = None
         for _ in range(_CHOICES):
             if not self.predictor.begin(p) and best is not None:
@@ -105,7 +101,7 @@ class Descent:
         return best
 
     def descend(self, start: Array, loss: str) -> End:
-        """To the end from parameters, with the motions meant as they are."""
+        """Descend from parameters with the present choice of motions."""
         from scipy.optimize import least_squares
 
         request, unit = self.request, self.unit
@@ -128,28 +124,28 @@ class Descent:
         return self.step._replace(at_bound=found.active_mask != 0, converged=found.status > 0)
 
     def left(self, z: Array) -> Array:
-        """Predicted less measured over the noise; nan where there is no motion, so that a smaller step is taken."""
+        """Residuals over the noise; nan where there is no motion, so that least squares takes a smaller step."""
         request = self.request
-        if self.asked is None or not np.array_equal(self.asked[0], z):
+        if self.latest is None or not np.array_equal(self.latest[0], z):
             self.evaluations += 1
             request.tell(self.place, self.evaluations)
             try:
                 predicted = self.predictor.values(z * self.unit)
             except InputError:  # values that the problem cannot have
                 predicted = np.full(request.measured.values.shape, np.nan)
-            self.asked = z.copy(), predicted
-        return request.left(self.asked[1])
+            self.latest = z.copy(), predicted
+        return request.left(self.latest[1])
 
     def _slopes(self, z: Array) -> Array:
-        """Derivatives of what is left, which are asked for where a step is accepted."""
+        """Derivatives of the residuals, which least squares evaluates at accepted steps."""
         request, left = self.request, self.left(z)
-        assert self.asked is not None
+        assert self.latest is not None
         rates = self.predictor.slopes(z * self.unit)[:, request.used]
         J = np.asarray((rates / request.scale).T * self.unit)
         p = z * self.unit
         self.step = End(
             p=p, cost=float(left @ left), left=left, J=J / self.unit, at_bound=(p <= request.low) | (p >= request.high),
-            converged=False, predicted=self.asked[1], evaluations=self.evaluations, predictor=self.predictor,
+            converged=False, predicted=self.latest[1], evaluations=self.evaluations, predictor=self.predictor,
             misfit=request.misfit(left),
         )  # fmt: skip
         if not request.kept or request.kept[0][0] is not request or self.step.cost < request.kept[0][1].cost:
@@ -158,16 +154,16 @@ class Descent:
 
 
 def explained(request: FitRequest, end: End) -> bool:
-    """Whether the noise that was given explains all that is left."""
+    """Whether the given noise explains the residuals."""
     freedom = end.left.size - len(request.names)
     return request.known and freedom > 0 and not too_large(end.cost / freedom, freedom)
 
 
 def weighted(request: FitRequest, end: End) -> tuple[FitRequest, End, Noise | None]:
-    """The fit with numbers weighted by noise that depends on it: a given share of them, or found from what is left."""
+    """The fit with weights from noise that depends on it: given relative noise, or noise found in the residuals."""
     weights: Noise | None = None
     if not request.relative and (request.known or not _LEAST_NOISE < end.misfit < FAR):
-        return request, end, None  # each number has its own, or what is left is no noise
+        return request, end, None  # given noise of each number, or residuals that are not noise
     for _ in range(_WEIGHTED):
         if request.relative:
             noise: Noise | None = given_noise(request.measured, end.predicted, request.absolute, request.relative)

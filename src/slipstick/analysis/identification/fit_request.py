@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +23,13 @@ from slipstick.faults import Gathering, number, numbers, shown, suggestion, whol
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
 
-if TYPE_CHECKING:
-    pass
-
-
 _MOST, _MOST_IN_TIME = 200, 30
-"""Evaluations of one descent."""
+"""Largest number of evaluations in a descent, the second for motions that are integrated."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitRequest:
-    """What is sought, checked."""
+    """A request for a fit, checked."""
 
     problem: Problem
     measured: Measured
@@ -42,18 +38,18 @@ class FitRequest:
     low: Array
     high: Array
     noise: Array | None
-    """Of the shape of what was measured."""
+    """Standard deviations, of the shape of the measured numbers."""
     relative: float | None = None
-    """Share of each number that the noise is, beside ``absolute``, where it was given."""
+    """Given noise over each number, in addition to ``absolute``."""
     absolute: Array | None = None
     found: bool = False
-    """Whether ``noise`` was found from what is left."""
+    """Whether ``noise`` was found in the residuals."""
     listeners: tuple[EventFunction, ...] = ()
     kept: list[Any] = field(default_factory=list, compare=False)
-    """The request and the end of the best step so far, for a fit that is stopped: of all requests made of this one."""
+    """Request and end of the best step so far, for an interrupted fit; shared with all requests made of this one."""
 
     def tell(self, place: int | None, evaluations: int) -> None:
-        """Tell all who listen of an evaluation on the way from one of the starts; None: from the end of another."""
+        """Send an event about an evaluation of the descent from start ``place``; None: of a reweighted fit."""
         count = len(self.starts)
         doing = "fitting again" if place is None else f"fitting from start {place + 1} of {count}"
         event = Working(
@@ -69,39 +65,39 @@ class FitRequest:
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:
-        """Which numbers are fitted."""
+        """Mask of the fitted numbers."""
         used = np.isfinite(self.measured.values)
         return np.asarray(used if self.noise is None else used & np.isfinite(self.noise))
 
     @cached_property
     def data(self) -> Array:
-        """The numbers that are fitted, (m,)."""
+        """Fitted numbers (m,)."""
         return np.asarray(self.measured.values[self.used])
 
     @cached_property
     def scale(self) -> Array:
-        """What each of them is divided by: its noise, else the size of them all."""
+        """Divisors of the fitted numbers: their noise, or their size without known noise."""
         if self.noise is not None:
             return np.asarray(self.noise[self.used])
         return self.measured.scale(self.used)
 
     @property
     def most(self) -> int:
-        """Evaluations of one descent; those of motions that are integrated take seconds."""
+        """Largest number of evaluations in a descent; each integration of motions takes seconds."""
         return _MOST_IN_TIME if self.measured.in_time else _MOST
 
     def left(self, predicted: Array) -> Array:
-        """Predicted less measured over the noise."""
+        """Residuals over the noise, (m,)."""
         return np.asarray((predicted[self.used] - self.data) / self.scale)
 
     def misfit(self, left: Array) -> float:
-        """Root mean square of weighted residuals without their weights, over that of what was measured."""
+        """Root mean square of the residuals without their weights, over that of the measurement."""
         sizes = self.measured.sizes[self.used]  # frequencies and amplitudes, each by its own size
         wrong, size = left * self.scale / sizes, self.data / sizes
         return float(np.sqrt(np.mean(wrong**2))) / (float(np.sqrt(np.mean(size**2))) or 1.0)
 
     def predictor(self) -> Predictor:
-        """A fresh one."""
+        """A new predictor."""
         return predictor_of(self.problem, self.names, self.measured)
 
 

@@ -1,20 +1,34 @@
-"""Parameters that fit what was measured, and how sure they are."""
+"""The result of a fit: parameters with their uncertainty, and how it is made from the end of the descent."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.identification.noise import error_text
+from slipstick.analysis.identification.descent import FAR, End, explained
+from slipstick.analysis.identification.fit_request import FitRequest
+from slipstick.analysis.identification.noise import (
+    Noise,
+    Without,
+    error_text,
+    listed,
+    neighbours,
+    robust,
+    too_large,
+    whiteness,
+    without_levels,
+)
+from slipstick.analysis.identification.search import ROUNDING
 from slipstick.balance.parameters import parameter_units
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number, shown, suggestion, wrong
 from slipstick.results.saved_table import write_table
+from slipstick.results.schema import ANALYSIS, versions
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -156,3 +170,234 @@ class Identification:
     def __repr__(self) -> str:
         said = ", ".join(f"{name}={value:.6g}" for name, value in self.values.items())
         return f"Identification({said}; misfit {self.misfit:.3g})"
+
+
+_EMPTY: Any = None
+
+
+def result_of(
+    request: FitRequest, end: End, costs: Sequence[float], weights: Noise | None, told: Sequence[str], *,
+    stopped: str = "",
+) -> Identification:  # fmt: skip
+    """The result of a fit with this end; ``costs`` are those of all starts, ``told`` the sentences so far.
+
+    ``stopped`` is the message of a fit that was interrupted.
+    """
+    freedom = end.left.size - len(request.names)
+    known = request.known
+    spread = float(np.sqrt(end.cost / freedom)) if freedom > 0 else np.nan
+    far, told = end.misfit > FAR and not explained(request, end), list(told)
+    deviation, refused = 1.0 if known else spread, ""
+    if far:
+        deviation, refused = np.nan, (
+            f"there are no standard errors: what is left, {100.0 * end.misfit:.2g} % of what was measured, is not "
+            "taken for noise; if the measurement is that noisy, give noise or relative_noise"
+        )  # fmt: skip
+        told.append(refused)
+    elif known and freedom > 0 and too_large(spread**2, freedom):
+        deviation = spread
+        told.append(
+            f"what is left is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
+        )
+    statistics = statistics_of(request.names, end, deviation)
+    left_out: list[Without] = []
+    if not far and end.misfit > ROUNDING and freedom > 2 and deviation > 0.0:
+        statistics, left_out, sentences = checked_against_residuals(request, end, statistics, deviation)
+        told += sentences
+    errors, correlations, singular, sentences, _ = statistics
+    values = dict(zip(request.names, end.p.tolist(), strict=True))
+    problem = request.problem.at_parameters(values)
+    bound = tuple(name for name, at in zip(request.names, end.at_bound, strict=True) if at)
+    message = "the fit converged" if end.converged else f"the fit did not converge in {request.most} evaluations"
+    if far:
+        message = f"the fit ends far from what was measured: misfit {end.misfit:.2g}"
+    message = stopped or message
+    if bound:
+        message += f", with {' and '.join(bound)} at a bound"
+    found = Identification(
+        values=values,
+        standard_errors=dict(zip(request.names, errors.tolist(), strict=True)),
+        correlations=correlations,
+        singular_values=singular,
+        indistinct=tuple(sentences),
+        warnings=tuple(dict.fromkeys([*told, *sentences])),
+        refused=refused,
+        at_bound=bound,
+        misfit=end.misfit,
+        noise=float(np.sqrt(np.mean(request.scale**2))) * (spread if far and not known else deviation),
+        relative_noise=np.nan if weights is None else weights.relative,
+        weights="" if weights is None else weights.text,
+        without_level={
+            each.level: dict(zip(request.names, (end.p + each.shift).tolist(), strict=True)) for each in left_out
+        },
+        reduced_chi_square=spread**2 if known else np.nan,
+        degrees_of_freedom=freedom,
+        several=end.predictor.several,
+        converged=end.converged and not far,
+        message=message,
+        problem=problem,
+        dataset=_EMPTY,
+        evaluations=end.evaluations,
+        solutions=end.predictor.solved,
+        starts=tuple(costs),
+    )
+    return replace(found, dataset=_dataset(request, end, found, deviation))
+
+
+def _dataset(request: FitRequest, end: End, found: Identification, deviation: float) -> xarray.Dataset:
+    """The result as labelled arrays."""
+    import xarray
+
+    measured, problem = request.measured, request.problem
+    label = problem.units.label
+    names = np.array(request.names, dtype=np.str_)
+    units = np.array([label(parameter_units(problem, name)) for name in request.names], dtype=np.str_)
+    data: dict[str, Any] = {
+        "value": ("parameter", end.p, {"long_name": "parameters that fit"}),
+        "standard_error": ("parameter", np.array([*found.standard_errors.values()])),
+        "at_bound": ("parameter", end.at_bound.astype(np.int8)),
+        "correlation": (("parameter", "other"), found.correlations),
+        "singular_value": ("rank", found.singular_values),
+    }
+    coords: dict[str, Any] = {"parameter": names, "other": names, "units": ("parameter", units)}
+    dims, own, unit, what = measured.described(problem)
+    coords |= own
+    about = {"units": unit}
+    data["measured"] = (dims, measured.values, {**about, "long_name": f"measured {what}"})
+    data["fitted"] = (dims, end.predicted, {**about, "long_name": f"fitted {what}"})
+    deviations = np.full(measured.values.shape, np.nan)
+    deviations[request.used] = request.scale * deviation
+    data["standard_deviation"] = (dims, deviations, {**about, "long_name": f"noise of the measured {what}"})
+    if found.without_level:
+        coords["level"] = list(found.without_level)
+        moved = np.array([[*values.values()] for values in found.without_level.values()])
+        data["without_level"] = (("level", "parameter"), moved, {"long_name": "parameters without a level"})
+    attributes = {
+        ANALYSIS: "identify", "warnings": "\n".join(found.warnings), "refused": found.refused, "weights": found.weights,
+        "misfit": found.misfit, "noise": found.noise, "converged": int(found.converged), "message": found.message,
+        "indistinct": "\n".join(found.indistinct), "several": found.several,
+        "degrees_of_freedom": found.degrees_of_freedom, "title": problem.title, **problem.units.attributes,
+        **versions(),
+    }  # fmt: skip
+    if np.isfinite(found.reduced_chi_square):
+        attributes["reduced_chi_square"] = found.reduced_chi_square
+    if np.isfinite(found.relative_noise):
+        attributes["relative_noise"] = found.relative_noise
+    return xarray.Dataset(data, coords=coords, attrs=attributes)
+
+
+_INDISTINCT = 1e-7
+"""Singular value over the largest, up to which a combination of parameters has no effect."""
+IN_NOISE = 0.5
+"""Relative standard deviation of a combination, above which the noise hides it."""
+_TAKES_PART = 0.05
+"""Component over the largest one, above which a parameter belongs to a combination."""
+
+
+def checked_against_residuals(
+    request: FitRequest, end: End, statistics: Statistics, deviation: float
+) -> tuple[Statistics, list[Without], list[str]]:
+    """Statistics with standard errors enlarged for residuals that are not noise, fits without levels, and sentences."""
+    told: list[str] = []
+    size, free = np.where(end.p != 0.0, np.abs(end.p), 1.0), ~end.at_bound
+    J, errors = (end.J * size)[:, free], statistics.errors.copy()
+    names = [name for name, there in zip(request.names, free, strict=True) if there]
+    if not J.size or not len(statistics.gain):
+        return statistics, [], told
+    white = whiteness(neighbours(request.measured, request.used), end.left, J, deviation)
+    growth = np.ones(len(names))
+    if white.significant:
+        growth *= white.factor
+        told.append(
+            f"what is left is not white: neighbouring points are alike (correlation {white.correlation:.2f}), the "
+            f"model lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
+        )
+    unequal = robust(statistics.gain, end.left, J, deviation)
+    larger = unequal.significant & (unequal.factor > growth)
+    if larger.any():
+        growth[larger] = unequal.factor[larger]
+        which = [f"{name} ({factor:.2g} times)" for name, factor in zip(names, growth, strict=True)]
+        told.append(
+            "what is left is larger where parameters are determined: standard errors are taken from it (sandwich "
+            f"estimate) for {listed([word for word, there in zip(which, larger, strict=True) if there])}"
+        )
+    errors[free] *= growth
+    freedom = end.left.size - len(request.names)
+    left_out = []
+    for each in without_levels(request.measured, request.used, end.left, J, deviation, freedom):
+        shift = np.zeros(len(end.p))
+        shift[free] = each.shift * size[free]
+        left_out.append(each._replace(shift=shift))
+        moved = np.flatnonzero((np.abs(shift) > errors) & each.significant)
+        if len(moved):
+            values = [f"{request.names[k]} would be about {end.p[k] + shift[k]:.4g}" for k in moved]
+            told.append(
+                f"without {each.level} {listed(values)}: the levels do not agree within the noise, and standard errors "
+                "are at least these changes"
+            )
+            errors[moved] = np.abs(shift[moved])
+    return statistics._replace(errors=errors), left_out, told
+
+
+class Statistics(NamedTuple):
+    """Statistics of the parameters of a fit."""
+
+    errors: Array
+    """Standard errors (n_p,)."""
+    correlations: Array
+    """Correlations of the errors (n_p, n_p)."""
+    singular: Array
+    sentences: list[str]
+    """Sentences about parameters that are not separated."""
+    gain: Array
+    """Derivatives (n_free, m) of relative values of the free parameters by weighted numbers."""
+
+
+def statistics_of(
+    names: Sequence[str], end: End, deviation: float
+) -> Statistics:  # fmt: skip
+    """Statistics of the parameters, with a standard deviation of the weighted numbers."""
+    size = np.where(end.p != 0.0, np.abs(end.p), 1.0)
+    free = ~end.at_bound
+    scaled = (end.J * size)[:, free]
+    columns, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    errors, correlations = np.full(len(names), np.nan), np.full((len(names),) * 2, np.nan)
+    if not singular.size:
+        return Statistics(errors, correlations, singular, [], np.empty((0, end.left.size)))
+    known = singular > _INDISTINCT * singular[0]
+    inverse = rows[known].T / singular[known]
+    covariance = inverse @ inverse.T
+    undetermined = np.any(np.abs(rows[~known]) > 1e-3, axis=0)
+    own = np.sqrt(np.diag(covariance))
+    errors[free] = np.where(undetermined, np.inf, deviation * own * size[free])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        between = covariance / np.outer(own, own)
+    between[undetermined], between[:, undetermined] = np.nan, np.nan
+    correlations[np.ix_(free, free)] = between
+    chosen = [name for name, there in zip(names, free, strict=True) if there]
+    sentences = [_indistinct(chosen, row, end.p[free]) for row in rows[~known]]
+    for value, row in zip(singular[known], rows[known], strict=True):
+        if deviation / value > IN_NOISE:
+            sentences.append(_in_noise(chosen, row, deviation / value))
+    return Statistics(errors, correlations, singular, sentences, inverse @ columns[:, known].T)
+
+
+def _indistinct(names: Sequence[str], row: Array, p: Array) -> str:
+    """Sentence about a combination of relative changes without effect."""
+    share = row / np.max(np.abs(row))
+    part = [(name, float(r)) for name, r, v in zip(names, share, p, strict=True) if abs(r) > _TAKES_PART]
+    if len(part) == 1:
+        return f"{part[0][0]} has no effect on what was measured: any value fits as well"
+    if len(part) == 2 and abs(abs(part[0][1]) - abs(part[1][1])) < 1e-3:
+        together = "product" if part[0][1] * part[1][1] < 0.0 else "ratio"
+        return (
+            f"{part[0][0]} and {part[1][0]} cannot be separated: the measurement determines their {together} alone; "
+            "keep one of them fixed"
+        )
+    changes = ", ".join(f"{r:+.2g} % of {name}" for name, r in part)
+    return f"{' and '.join(name for name, _ in part)} cannot be separated: changing {changes} changes nothing measured"
+
+
+def _in_noise(names: Sequence[str], row: Array, spread: float) -> str:
+    part = [name for name, r in zip(names, row / np.max(np.abs(row)), strict=True) if abs(r) > 2 * _TAKES_PART]
+    return f"the noise hides {' against '.join(part)}: that combination is known to {100.0 * spread:.0f} % only"

@@ -13,24 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from slipstick.analysis.identification.descent import FAR, Descent, End, explained, weighted
 from slipstick.analysis.identification.fit_request import FitRequest, fit_in_time, fit_request
-from slipstick.analysis.identification.identification import Identification
-from slipstick.analysis.identification.result import result_of
+from slipstick.analysis.identification.identification import IN_NOISE, Identification, result_of, statistics_of
 from slipstick.analysis.identification.search import Tried, compared_starts, further_ends, mistakes_in
-from slipstick.analysis.identification.statistics import IN_NOISE, statistics_of
 from slipstick.analysis.road.events import EventFunction
 from slipstick.balance.parameters import product_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, TimeIsUp
 from slipstick.faults import warn
-
-if TYPE_CHECKING:
-    pass
 
 
 def identify(

@@ -1,4 +1,4 @@
-"""Kinds of measurement: steady vibration, loops of a contact, backbones, free decays; and what a fit asks of each."""
+"""Kinds of measurement and their properties for a fit: steady vibration, loops of a contact, backbones, free decays."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from slipstick.balance.problem import Problem
 from slipstick.typing import Array, IntArray
 
 QUANTITIES = {"peak": ("omega", "amplitude"), "mode": ("omega", "damping ratio")}
-"""Numbers of one point of a backbone."""
+"""Names of the two numbers of a point, by kind of backbone."""
 
 
 class Described(NamedTuple):
-    """What measured numbers are in a dataset: dimensions, coordinates, units, and their name."""
+    """Dimensions, coordinates, units and name of measured numbers in a dataset."""
 
     dims: tuple[str, ...]
     coords: dict[str, Any]
@@ -28,64 +28,64 @@ class Described(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Measured(ABC):
-    """What was measured, as arrays."""
+    """Measured numbers as arrays."""
 
     values: Array
-    """Nan where nothing was measured."""
+    """Measured numbers; nan where nothing was measured."""
     noise: Array | None
     """Standard deviations, of the shape of ``values``."""
     conditions: Mapping[str, Array] = field(default_factory=dict)
     """Named parameters that were set at each point, (n,) each."""
     notes: tuple[str, ...] = ()
-    """What a user is told of the measurement."""
+    """Sentences for the user about the measurement."""
     omega: Array | float
     """Frequency of each point (n,), or of the first periods, rad/s."""
 
     in_time: ClassVar[bool] = False
-    """Whether motions are integrated, and compared at times."""
+    """Whether motions are integrated and compared in time."""
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Names of the numbers of a point, (n, 2), where they are of two kinds; empty where all are of one."""
+        """Names of the two numbers of a point, where ``values`` (n, 2) have two kinds; else empty."""
         return ()
 
     @property
     def sizes(self) -> Array:
-        """What numbers of several kinds are divided by to be compared, of the shape of ``values``."""
+        """Divisors that make numbers of several kinds comparable, of the shape of ``values``."""
         return np.ones(self.values.shape)
 
     def scale(self, used: NDArray[np.bool_]) -> Array:
-        """What the numbers used are divided by where no noise is known, (m,): the size of them all."""
+        """Divisors (m,) of the used numbers without known noise: their root mean square."""
         numbers = self.values[used]
         return np.full(numbers.shape, float(np.sqrt(np.mean(numbers**2))) or 1.0)
 
     @abstractmethod
     def shares(self, predicted: Array) -> dict[str, Array]:
-        """What noise may be a share of, by its name in words, each of the shape of ``predicted``.
+        """Sizes that noise may be proportional to, by name in words, each of the shape of ``predicted``.
 
-        A share ``r`` of a complex number is ``r / sqrt(2)`` of its modulus in each part.
+        Noise ``r`` times a complex number is ``r / sqrt(2)`` times its modulus in each part.
         """
 
     @property
     @abstractmethod
     def runs(self) -> list[IntArray]:
-        """Numbers of the points that were measured one after the other."""
+        """Indices of points that were measured successively."""
 
     @property
     def levels(self) -> list[tuple[str, IntArray]]:
-        """Points measured under the same conditions, with these in words; none where all are."""
+        """Conditions in words with the indices of their points; empty with a single condition."""
         return []
 
     def conjugated(self) -> Self | None:
-        """With the other sign of the phase; None where none was measured."""
+        """The measurement with the opposite sign of the phase; None without a phase."""
         return None
 
     def at_frequencies(self, factor: float) -> Self | None:
-        """At frequencies times a factor; None where that is no mistake that is looked for."""
+        """The measurement at frequencies times a factor; None where that is not a possible mistake."""
         return None
 
     def integrated(self, orders: Array, order: int) -> Self | None:
-        """Displacements where the numbers are their derivatives of an order; None where they cannot be.
+        """Displacements, if the numbers are derivatives of an order; None where they cannot be.
 
         ``orders`` are those of the harmonics > 0.
         """
@@ -93,38 +93,38 @@ class Measured(ABC):
 
     @property
     def one_complex(self) -> bool:
-        """Whether one complex number was measured at a point: a shift in time turns those of others by more."""
+        """Whether each point has one complex number, of one harmonic: then a shift in time is a change of phase."""
         return False
 
     @abstractmethod
     def described(self, problem: Problem) -> Described:
-        """What the numbers are in the dataset of a fit."""
+        """Description of the numbers in the dataset of a fit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _AtFrequencies(Measured):
-    """Measured at n points, each with its frequency."""
+    """A measurement at n points, each with its frequency."""
 
     omega: Array
     """Fundamental frequencies (n,), rad/s."""
 
     @property
     def groups(self) -> list[IntArray]:
-        """Numbers of the points at which the same conditions were set."""
+        """Indices of points with the same conditions."""
         rows = np.array([*self.conditions.values()]).T.reshape(self.omega.size, -1)
         which = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
         return [np.flatnonzero(which == g) for g in range(int(which.max()) + 1)]
 
     @property
     def levels(self) -> list[tuple[str, IntArray]]:
-        """Points measured under the same conditions, with these in words; none where all are."""
+        """Conditions in words with the indices of their points; empty with a single condition."""
         groups = self.groups
         if len(groups) < 2:
             return []
         return [(", ".join(f"{n} = {v[g[0]]:g}" for n, v in self.conditions.items()), g) for g in groups]
 
     def at_frequencies(self, factor: float) -> Self | None:
-        """At frequencies times a factor."""
+        """The measurement at frequencies times a factor."""
         return replace(self, omega=self.omega * factor, noise=None)
 
     def _points(self, problem: Problem) -> dict[str, Any]:
@@ -141,11 +141,11 @@ class Vibration(_AtFrequencies):
 
     @property
     def of_amplitude(self) -> bool:
-        """Whether amplitudes alone were measured."""
+        """Whether only amplitudes were measured."""
         return self.values.ndim == 2
 
     def shares(self, predicted: Array) -> dict[str, Array]:
-        """Each number, the vibration at a point, and that of a level."""
+        """Size of each number, of the vibration at the point, and of that at the level."""
         if self.of_amplitude:
             own = np.abs(predicted)
             return {"of each amplitude": own, **self._of_level(own)}
@@ -166,11 +166,11 @@ class Vibration(_AtFrequencies):
 
     @property
     def runs(self) -> list[IntArray]:
-        """The points of each condition, over their frequencies."""
+        """Points of each condition, by frequency."""
         return [group[np.argsort(self.omega[group])] for group in self.groups]
 
     def conjugated(self) -> Self | None:
-        """With the other sign of the phase."""
+        """The measurement with the opposite sign of the phase."""
         if self.of_amplitude:
             return None
         values = self.values.copy()
@@ -189,7 +189,7 @@ class Vibration(_AtFrequencies):
 
     @property
     def one_complex(self) -> bool:
-        """Whether one complex number was measured at a point."""
+        """Whether each point has one complex number, of one harmonic."""
         if self.of_amplitude:
             return False
         there = np.asarray(np.isfinite(self.values).reshape(-1, self.values.shape[-1]).any(axis=0), dtype=bool)
@@ -206,9 +206,9 @@ class Vibration(_AtFrequencies):
 
 @dataclass(frozen=True, kw_only=True)
 class Loops(_AtFrequencies):
-    """Hysteresis loops of one contact: coefficients (n, L) of the force along the first port of n of them.
+    """n hysteresis loops of one contact: coefficients (n, L) of the force along its first port.
 
-    Nan of a mean that nothing is to be made of.
+    An unused mean is nan.
     """
 
     contact: str
@@ -216,22 +216,22 @@ class Loops(_AtFrequencies):
     """Coefficients of the relative motion (n, L) by port."""
 
     def shares(self, predicted: Array) -> dict[str, Array]:
-        """The loop: its coefficients are of samples that have the same noise."""
+        """Size of the loop, whose samples have equal noise."""
         return {"of the loop": _moduli(predicted)[1]}
 
     @property
     def runs(self) -> list[IntArray]:
-        """None: loops are not neighbours."""
+        """Empty: loops are not successive points."""
         return []
 
     @property
     def levels(self) -> list[tuple[str, IntArray]]:
-        """Each loop, where there are several."""
+        """Each loop as a level, where there are several."""
         count = len(self.values)
         return [(f"loop {k + 1}", np.array([k])) for k in range(count)] if count > 1 else []
 
     def at_frequencies(self, factor: float) -> Self | None:
-        """None: their motion is given."""
+        """None: the motion of loops is given."""
         return None
 
     def described(self, problem: Problem) -> Described:
@@ -242,9 +242,9 @@ class Loops(_AtFrequencies):
 
 @dataclass(frozen=True, kw_only=True)
 class Backbone(_AtFrequencies):
-    """Peaks of the response at n conditions, or n points of a nonlinear mode; of one dof.
+    """Peaks of the response at n conditions, or n points of a nonlinear mode, at one dof.
 
-    ``values`` are frequency, and amplitude or damping ratio (n, 2); ``omega`` near which frequency each is.
+    ``values`` (n, 2) are frequency, and amplitude or damping ratio; ``omega`` are approximate frequencies.
     """
 
     kind: str
@@ -253,7 +253,7 @@ class Backbone(_AtFrequencies):
     mode: int = 1
     """Number of the mode, from 1."""
     amplitude: Array
-    """Of harmonic 1 in a mode (n,): at which its frequency and damping are told; empty for peaks."""
+    """Amplitudes (n,) of harmonic 1 at the points of a mode; empty for peaks."""
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -269,22 +269,22 @@ class Backbone(_AtFrequencies):
         return np.broadcast_to(np.where(size > 0.0, size, 1.0), self.values.shape)
 
     def scale(self, used: NDArray[np.bool_]) -> Array:
-        """Of each the size of its quantity."""
+        """Root mean square of the quantity of each number."""
         return np.asarray(self.sizes[used])
 
     def shares(self, predicted: Array) -> dict[str, Array]:
-        """Each number."""
+        """Size of each number."""
         return {"of each number": np.abs(predicted)}
 
     @property
     def runs(self) -> list[IntArray]:
-        """Peaks over one condition are one run; points of a mode are those of each condition."""
+        """Peaks over one condition; points of a mode at each condition."""
         order = self.amplitude if self.amplitude.size else self.values[:, 1]
         one = self.kind == "peak" and len(self.conditions) == 1
         return [group[np.argsort(order[group])] for group in ([np.arange(self.omega.size)] if one else self.groups)]
 
     def at_frequencies(self, factor: float) -> Self | None:
-        """Frequencies are among the values too."""
+        """The measurement at frequencies times a factor, among its values too."""
         return replace(self, omega=self.omega * factor, values=self.values * [factor, 1.0], noise=None)
 
     def described(self, problem: Problem) -> Described:
@@ -300,7 +300,7 @@ class Decay(Measured):
     """A free decay of one dof: displacements (n,)."""
 
     time: Array
-    """(n,), from the first sample on."""
+    """Times (n,) from the first sample."""
     dof: str
     omega: float
     """Frequency of the first periods, rad/s."""
@@ -308,7 +308,7 @@ class Decay(Measured):
     in_time = True
 
     def shares(self, predicted: Array) -> dict[str, Array]:
-        """Each displacement."""
+        """Size of each displacement."""
         return {"of each displacement": np.abs(predicted)}
 
     @property
@@ -324,7 +324,7 @@ class Decay(Measured):
 
 
 def _moduli(predicted: Array) -> tuple[Array, Array]:
-    """Of coefficients (..., L) the size of each complex number in its parts, and that of them all."""
+    """Sizes of each complex number in coefficients (..., L), and of all of them together, in each part."""
     moduli = np.hypot(predicted[..., 1::2], predicted[..., 2::2]) / np.sqrt(2.0)
     own = np.empty_like(predicted)
     own[..., 0] = np.abs(predicted[..., 0])

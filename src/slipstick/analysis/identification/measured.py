@@ -1,4 +1,4 @@
-"""What was measured, read: steady vibration at some frequencies and levels, loops of a contact, or backbones."""
+"""Reading of measurements: steady vibration at frequencies and levels, loops of a contact, or backbones."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _EXPECTED = (
 def conditions_at(
     problem: Problem, names: Sequence[str], p: Array, conditions: Mapping[str, Array], point: int
 ) -> Problem:
-    """The problem with parameters ``p``, and what was set at a point."""
+    """The problem with parameters ``p`` and the conditions of a point."""
     set_there = {name: values[point] for name, values in conditions.items()}
     return problem.at_parameters({**dict(zip(names, p, strict=True)), **set_there})
 
 
 def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
-    """A dataset, or that of a file; InputError for what is neither."""
+    """A dataset, given or read from a file; raises InputError for anything else."""
     if isinstance(measured, str | Path):
         measured = read_file(problem, path("measured", measured))
     if not is_dataset(measured):
@@ -45,7 +45,7 @@ def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
 
 
 def read_measured(problem: Problem, measured: Any) -> Measured:
-    """Measurements of a problem as a user gives them; InputError says what does not fit it."""
+    """A measurement, as users give it, for a problem; raises InputError where it does not fit the problem."""
     measured = dataset_of(problem, measured)
     if "time" in measured.dims or "time" in measured.variables:
         from slipstick.analysis.identification.series import periodic_or_decaying
@@ -125,7 +125,7 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
 
 
 def _whole_pairs(values: Array) -> tuple[Array, int]:
-    """Coefficients (..., dof, L) with nan in both parts of a complex number that lacks one; how many that took.
+    """Coefficients (..., dof, L) with nan in both parts of incomplete complex numbers, and the number of these.
 
     Of a dof and a harmonic of which one part was measured nowhere, the other part stands by itself, unless it is 0
     at all points: it is what ``nan + 0j`` leaves.
@@ -201,7 +201,7 @@ def _positive(values: Array, names: Sequence[str]) -> None:
 
 
 def _noise_of(data: xarray.Dataset, names: Sequence[str], one: Any, dof: str, values: Array) -> Array | None:
-    """Standard deviations (n, 2) where they are given; of what has none of its own nothing is fitted."""
+    """Given standard deviations (n, 2), or None; numbers without one are not fitted."""
     if not any(name in data for name in names):
         return None
     out = np.full(values.shape, np.nan)
@@ -218,7 +218,7 @@ def _of_dof(variable: xarray.DataArray, dof: str) -> xarray.DataArray:
 
 
 def _one_dof(problem: Problem, data: xarray.Dataset, name: str) -> str:
-    """The dof that a backbone is of."""
+    """The dof of a backbone."""
     if "dof" in data[name].dims and data.sizes["dof"] > 1:
         raise InputError(
             Fault(("measured", name), f"{data.sizes['dof']} dofs", expected="one", remedy='select it, .sel(dof="x")')
@@ -288,7 +288,7 @@ def _over(variable: xarray.DataArray, lead: Sequence[Any], values: xarray.DataAr
 def _conditions(
     problem: Problem, data: xarray.Dataset, lead: Sequence[Any], values: xarray.DataArray
 ) -> dict[str, Array]:
-    """Variables that are called as a parameter of the problem; those of a branch over a parameter with its name."""
+    """Variables named as a parameter of the problem; of a branch over a parameter, with that name."""
     found, checks = {}, Gathering()
     followed = str(data.attrs.get("parameter", ""))
     for key in data.variables:
@@ -302,7 +302,7 @@ def _conditions(
 
 
 def _places(problem: Problem, values: xarray.DataArray) -> list[int]:
-    """Where coefficients stand among those of the problem."""
+    """Indices of the coefficients among those of the problem."""
     known = _labels(problem)
     labels = [str(label) for label in values["coefficient"].values]
     for label in labels:
@@ -365,7 +365,7 @@ def _loops(problem: Problem, data: xarray.Dataset) -> Loops:
 
     values = coefficients(force)
     if not slides:
-        values[:, 0] = np.nan  # of a force sensor's zero, and of friction at rest, which has no one mean
+        values[:, 0] = np.nan  # depends on the zero of the force sensor, and friction at rest has no unique mean
     noise = None
     if "noise" in data:
         samples = data["noise"].broadcast_like(one).transpose(*lead, over).values.astype(float)
@@ -392,7 +392,7 @@ def _contact(problem: Problem, data: xarray.Dataset) -> Any:
 
 
 def _tau(data: xarray.Dataset, over: str, count: int) -> Array:
-    """Times of the samples, rad; equally spaced over one period where nothing is said."""
+    """Times of the samples, rad; equally spaced over one period by default."""
     if "tau" in data.variables:
         return numbers(("measured", "tau"), data["tau"].values)
     if over in data.coords:
@@ -435,7 +435,7 @@ def _fitted_series(H: Array, samples: Array, name: str) -> Array:
 
 
 def _series(problem: Problem, tau: Array) -> Array:
-    """What makes samples of coefficients, (n_samples, L)."""
+    """Matrix (n_samples, L) from coefficients to samples."""
     H = np.asarray(problem.harmonics.H_minus(tau))
     if tau.size < H.shape[1] or np.linalg.matrix_rank(H) < H.shape[1]:
         raise InputError(
@@ -448,7 +448,7 @@ def _series(problem: Problem, tau: Array) -> Array:
 
 
 def read_file(problem: Problem, file: Path) -> xarray.Dataset:
-    """A netCDF file as it is; a CSV file with the columns that are said in ``identify``."""
+    """Dataset from a netCDF file, or from a CSV file with the columns described in ``identify``."""
     if not file.is_file():
         raise InputError(Fault("measured", f"there is no file {file}"))
     if file.suffix == ".nc":
@@ -529,7 +529,7 @@ def _columns_fault(problem: Problem, file: Path, head: Sequence[str], statement:
 
 
 def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:
-    """Time series, or the points of a backbone, one below the other."""
+    """Dataset of a time series, or of the points of a backbone, in rows."""
     import xarray
 
     if "time" not in column:
@@ -550,7 +550,7 @@ def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:
 
 
 def _loops_of(column: Mapping[str, Array]) -> xarray.Dataset:
-    """Loops one below the other, of as many samples each."""
+    """Dataset of loops with equal numbers of samples, in rows."""
     import xarray
 
     loop = column.get("loop", np.zeros(len(column["force"])))
@@ -568,7 +568,7 @@ def _loops_of(column: Mapping[str, Array]) -> xarray.Dataset:
 
 
 def parameter_starts(problem: Problem, start: Any) -> dict[str, float]:
-    """Values to begin at by the names of the parameters; of names alone those of the problem."""
+    """Start values by name of parameter; those of the problem for names without a value."""
     if isinstance(start, Mapping):
         given = {str(name): value for name, value in start.items()}
     else:

@@ -1,10 +1,10 @@
-"""The noise that the residuals of a fit show, and what in them is no noise.
+"""The noise in the residuals of a fit, and tests for residuals that are not noise.
 
-Variances are those of the largest restricted likelihood (H. D. Patterson, R. Thompson, Biometrika 58, 1971, 545-554)
-of the residuals ``e`` of the fit, linear in its parameters at the end: ``e + J d``, with variances ``s^2 u``. It allows
-for points that the fit passes through because they alone determine a parameter: their residuals are small however
-large their noise is. Errors from the residuals themselves are ``(J^T J)^-1 J^T diag(e^2 / (1 - h)) J (J^T J)^-1`` with
-the leverages ``h`` (J. G. MacKinnon, H. White, J. Econometrics 29, 1985, 305-325).
+Variances ``s^2 u`` maximise the restricted likelihood (H. D. Patterson, R. Thompson, Biometrika 58, 1971, 545-554) of
+the residuals ``e + J d`` of the fit, linear in its parameters at the end. It accounts for points that alone determine a
+parameter: the fit passes through them, and their residuals are small for any noise. Errors from the residuals
+themselves are ``(J^T J)^-1 J^T diag(e^2 / (1 - h)) J (J^T J)^-1`` with the leverages ``h`` (J. G. MacKinnon, H. White,
+J. Econometrics 29, 1985, 305-325).
 """
 
 from __future__ import annotations
@@ -20,41 +20,41 @@ from slipstick.analysis.identification.kinds import Measured
 from slipstick.typing import Array, IntArray
 
 _FLOORS = (-3.0, 1.0)
-"""Decimal logarithms between which the noise that is left at no vibration, over that of a typical one, is sought."""
+"""Decimal logarithms of noise without vibration over noise of a typical vibration: range of the search."""
 _RATIOS = (-3.0, 2.0)
-"""Likewise of the noise of frequencies over that of the other quantity of a backbone."""
-_LIKELIER = 5.0
-"""Difference of log likelihoods from which unequal noise is taken; equal noise shows it in some test of a hundred."""
+"""Decimal logarithms of the noise of frequencies over that of the other quantity of a backbone: range of the search."""
+_LIKELIHOOD_GAIN = 5.0
+"""Difference of log likelihoods above which noise is unequal; about one in a hundred tests of equal noise shows it."""
 _FREEDOM = 10
-"""Degrees of freedom below which unequal noise cannot be told from equal one."""
-_SMALLEST = 1e-6
-"""Noise that is a share of a number does not vanish with it: of the largest number this share is left."""
-_SURE = 0.9999
-"""Probability with which noise alone would not look so."""
-_WEIGHTY = 1000
-"""Numbers with the largest part in a parameter, of which that is counted."""
+"""Degrees of freedom below which noise counts as equal."""
+_LEAST_SIZE = 1e-6
+"""Least size of a number for relative noise, over the largest number."""
+_CONFIDENCE = 0.9999
+"""Probability with which noise alone stays below the limit of a test."""
+_MOST_RESIDUALS = 1000
+"""Largest number of residuals, those that affect a parameter most, for its degrees of freedom."""
 _NEIGHBOURS = 15
-"""Neighbours in frequency, at least, from which a correlation is told."""
+"""Least number of pairs of neighbours for a test of their correlation."""
 _CORRELATED = 3.5
-"""Standard deviations of that correlation without one, beyond which it is one."""
+"""Standard deviations above which that correlation is significant."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Standard deviations of what was measured, and how they came about."""
+    """Standard deviations of the measured numbers, with their description."""
 
     deviations: Array
-    """Of the shape of what was measured."""
+    """Standard deviations, of the shape of the measured numbers."""
     relative: float
-    """Share of the size that ``text`` names; nan where noise does not grow with what is measured."""
+    """Noise over the size that ``text`` names; nan where noise is not proportional to the measured numbers."""
     text: str
     """In words."""
 
 
 def given_noise(measured: Measured, predicted: Array, absolute: Array | None, relative: float) -> Noise:
-    """Noise that is a share of each number of the prediction, beside an absolute one."""
+    """Noise proportional to each predicted number, in addition to absolute noise."""
     (words, size), *_ = measured.shares(predicted).items()
-    share = relative * np.maximum(size, _SMALLEST * float(np.nanmax(size)))
+    share = relative * np.maximum(size, _LEAST_SIZE * float(np.nanmax(size)))
     deviations = share if absolute is None else np.hypot(absolute, share)
     return Noise(deviations=deviations, relative=relative, text=f"noise {100 * relative:.3g} % {words}, as given")
 
@@ -65,17 +65,17 @@ def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, use
     Parameters
     ----------
     predicted
-        By the parameters that fit, of the shape of what was measured.
+        Predicted numbers at the fitted parameters, of the shape of the measured ones.
     left, J
-        Residuals (m,) and their derivatives (m, n_p), not weighted.
+        Unweighted residuals (m,) and their derivatives (m, n_p).
     used
-        Which numbers they are of, of that shape.
+        Which measured numbers they belong to, of the same shape.
     """
     m = left.size
     basis = _basis(J)
     if m - basis.shape[1] < _FREEDOM or measured.in_time:
         return None
-    best, chosen = _likelihood(left, basis, measured.sizes[used] ** 2)[0] + _LIKELIER, None
+    best, chosen = _likelihood(left, basis, measured.sizes[used] ** 2)[0] + _LIKELIHOOD_GAIN, None
     for variances, ends, words in _candidates(measured, predicted):
         value, x = _largest(lambda x, v=variances: _likelihood(left, basis, v(x)[used])[0], ends)  # type: ignore[misc]
         if value > best:
@@ -85,13 +85,13 @@ def found_noise(measured: Measured, predicted: Array, left: Array, J: Array, use
     relative_variances, words = chosen
     scale = _likelihood(left, basis, relative_variances[used])[1]
     deviations = np.sqrt(scale * relative_variances)
-    return _told(measured, predicted, deviations, words)
+    return _described(measured, predicted, deviations, words)
 
 
 def _candidates(
     measured: Measured, predicted: Array
 ) -> Iterator[tuple[Callable[[float], Array], tuple[float, float], str]]:
-    """Variances over a common one, as functions of one number; the ends of that; what grows, in words."""
+    """Relative variances as functions of one number, its range, and the size that noise grows with, in words."""
     if measured.quantities:
         if np.isfinite(measured.values).any(axis=0).all():
             first = np.array([1.0, 0.0])
@@ -104,7 +104,7 @@ def _candidates(
         yield lambda x, s=square: 10.0 ** (2.0 * x) + s, _FLOORS, words  # type: ignore[misc]
 
 
-def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -> Noise:
+def _described(measured: Measured, predicted: Array, deviations: Array, words: str) -> Noise:
     there = np.isfinite(measured.values)
     if measured.quantities:
         shares = [float(np.sqrt(np.mean((deviations / measured.sizes)[there[:, k], k] ** 2))) for k in (0, 1)]
@@ -117,22 +117,22 @@ def _told(measured: Measured, predicted: Array, deviations: Array, words: str) -
         np.column_stack([np.ones(there.sum()), size[there] ** 2]), deviations[there] ** 2, rcond=None
     )[0]
     floor, share = np.sqrt(np.maximum(coefficients, 0.0))
-    beside = f" and {floor:.2g} beside it" if floor > 0.01 * float(np.sqrt(np.mean(deviations[there] ** 2))) else ""
+    absolute = f" and {floor:.2g} beside it" if floor > 0.01 * float(np.sqrt(np.mean(deviations[there] ** 2))) else ""
     return Noise(
         deviations=deviations, relative=float(share),
-        text=f"noise {100 * share:.2g} % {words}{beside}, found from what is left",
+        text=f"noise {100 * share:.2g} % {words}{absolute}, found from what is left",
     )  # fmt: skip
 
 
 def _basis(J: Array) -> Array:
-    """Orthonormal columns (m, rank) of the directions in which parameters move what is predicted."""
+    """Orthonormal basis (m, rank) of the columns of the Jacobian."""
     lengths = np.linalg.norm(J, axis=0)
     U, values, _ = np.linalg.svd(J[:, lengths > 0.0] / lengths[lengths > 0.0], full_matrices=False)
     return np.asarray(U[:, values > 1e-7 * values.max(initial=0.0)])
 
 
 def _likelihood(left: Array, basis: Array, variances: Array) -> tuple[float, float]:
-    """Logarithm of the restricted likelihood, up to a constant, and the common variance ``s^2`` of the largest."""
+    """Largest logarithm of the restricted likelihood, up to a constant, and its common variance ``s^2``."""
     weight = 1.0 / np.sqrt(variances)
     Q, R = np.linalg.qr(basis * weight[:, None])
     e = left * weight
@@ -144,7 +144,7 @@ def _likelihood(left: Array, basis: Array, variances: Array) -> tuple[float, flo
 
 
 def _largest(function: Callable[[float], float], ends: tuple[float, float]) -> tuple[float, float]:
-    """Largest value of a function of one number between two, and where: the best of a grid, refined."""
+    """Largest value of a function in an interval, and its argument: the best of a grid, refined."""
     from scipy.optimize import minimize_scalar
 
     grid = np.linspace(*ends, 13)
@@ -158,25 +158,25 @@ def _largest(function: Callable[[float], float], ends: tuple[float, float]) -> t
 
 
 class Whiteness(NamedTuple):
-    """Correlation of neighbours, and how many standard deviations it is from none."""
+    """Correlation of neighbouring residuals, and its distance from zero in standard deviations."""
 
     correlation: float
     deviations: float
 
     @property
-    def told(self) -> bool:
-        """Whether it is no accident."""
+    def significant(self) -> bool:
+        """Whether the correlation is significant."""
         return self.deviations > _CORRELATED
 
     @property
     def factor(self) -> float:
-        """By which standard errors grow: of n numbers with correlations ``r^k`` only ``n (1 - r) / (1 + r)`` count."""
+        """Factor on standard errors: n numbers with correlations ``r^k`` count as ``n (1 - r) / (1 + r)``."""
         r = min(max(self.correlation, 0.0), 0.98)
         return float(np.sqrt((1.0 + r) / (1.0 - r)))
 
 
 def neighbours(measured: Measured, used: NDArray[np.bool_]) -> IntArray:
-    """Pairs (k, 2) of fitted numbers, counted among those used, that were measured next to each other."""
+    """Pairs (k, 2) of successive measured numbers, as indices among the used ones."""
     place = np.full(used.shape, -1)
     place[used] = np.arange(used.sum())
     chains = [place[run].reshape(len(run), -1) for run in measured.runs]
@@ -189,32 +189,32 @@ def neighbours(measured: Measured, used: NDArray[np.bool_]) -> IntArray:
 
 
 def whiteness(pairs: IntArray, left: Array, J: Array, deviation: float) -> Whiteness:
-    """Of weighted residuals; what the fit itself makes of white noise is allowed for (as J. Durbin, G. S. Watson,
-    Biometrika 37, 1950, do)."""
+    """Whiteness of weighted residuals, corrected for the effect of the fit on white noise (J. Durbin, G. S. Watson,
+    Biometrika 37, 1950)."""
     if len(pairs) < _NEIGHBOURS or not deviation > 0.0:
         return Whiteness(0.0, 0.0)
     i, j = pairs.T
     Q, e = _basis(J), left / deviation
-    beside = np.zeros_like(Q)  # A Q, where e^T A e is the sum of products of neighbours
-    np.add.at(beside, i, 0.5 * Q[j])
-    np.add.at(beside, j, 0.5 * Q[i])
-    small = Q.T @ beside
+    products = np.zeros_like(Q)  # A Q, where e^T A e is the sum of products of neighbours
+    np.add.at(products, i, 0.5 * Q[j])
+    np.add.at(products, j, 0.5 * Q[i])
+    small = Q.T @ products
     mean = -float(np.trace(small))
     # A^2 on the diagonal: a quarter of the number of neighbours; A has entries of one half
-    variance = 2.0 * (0.5 * len(pairs) - 2.0 * float(np.sum(beside**2)) + float(np.sum(small * small.T)))
+    variance = 2.0 * (0.5 * len(pairs) - 2.0 * float(np.sum(products**2)) + float(np.sum(small * small.T)))
     excess = float(e[i] @ e[j]) - mean
     return Whiteness(excess / len(pairs), excess / np.sqrt(max(variance, 1e-12)))
 
 
 class Robust(NamedTuple):
-    """Standard errors from the residuals themselves, over those from the noise, and for which that is no accident."""
+    """Standard errors from the residuals over those from the noise, and where the difference is significant."""
 
     factor: Array
-    told: NDArray[np.bool_]
+    significant: NDArray[np.bool_]
 
 
 def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
-    """Of parameters that weighted residuals move by ``gain`` (n_p, m)."""
+    """Robust errors of parameters that are linear in weighted residuals, with coefficients ``gain`` (n_p, m)."""
     from scipy.stats import chi2
 
     basis = _basis(J)
@@ -223,12 +223,12 @@ def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
     model = deviation**2 * np.sum(gain**2, axis=1)
     ratio = np.sum(gain**2 * square, axis=1) / model
     freedom = np.array([_freedom(row, basis, free) for row in gain])
-    return Robust(np.sqrt(ratio), ratio > chi2.ppf(_SURE, freedom) / freedom)
+    return Robust(np.sqrt(ratio), ratio > chi2.ppf(_CONFIDENCE, freedom) / freedom)
 
 
 def _freedom(gain: Array, basis: Array, free: Array) -> float:
     """Degrees of freedom of such an error (R. M. Bell, D. F. McCaffrey, Survey Methodology 28, 2002, 169-181)."""
-    most = np.argsort(-np.abs(gain))[:_WEIGHTY]
+    most = np.argsort(-np.abs(gain))[:_MOST_RESIDUALS]
     most = most[free[most] > 1e-6]
     between = -basis[most] @ basis[most].T
     between[np.diag_indices(len(most))] += 1.0
@@ -237,19 +237,19 @@ def _freedom(gain: Array, basis: Array, free: Array) -> float:
 
 
 class Without(NamedTuple):
-    """A level left out."""
+    """A fit without one level."""
 
     level: str
     shift: Array
-    """Of the parameters (n_p,), to first order; nan of what the others do not determine."""
-    told: bool
-    """Whether it is more than noise."""
+    """First-order change of the parameters (n_p,); nan where the other levels do not determine one."""
+    significant: bool
+    """Whether the change is more than noise."""
 
 
 def without_levels(
     measured: Measured, used: NDArray[np.bool_], left: Array, J: Array, deviation: float, freedom: int
 ) -> list[Without]:
-    """How parameters move where one level is left out, from weighted residuals and derivatives."""
+    """Changes of the parameters without each of the levels, from weighted residuals and derivatives."""
     from scipy.stats import f
 
     chosen = measured.levels
@@ -268,19 +268,19 @@ def without_levels(
         rank = int(known.sum())
         statistic = float(np.sum((vectors[:, known].T @ pull) ** 2 / values[known])) / deviation**2 if rank else 0.0
         rest = np.linalg.eigh(A - of)
-        seen = rest[0] > 1e-9 * rest[0].max()
-        shift = rest[1][:, seen] @ ((rest[1][:, seen].T @ pull) / rest[0][seen])
-        shift[np.any(np.abs(rest[1][:, ~seen]) > 1e-3, axis=1)] = np.nan
-        limit = rank * float(f.ppf(1.0 - (1.0 - _SURE) / len(chosen), rank, max(freedom, 1))) if rank else np.inf
+        determined = rest[0] > 1e-9 * rest[0].max()
+        shift = rest[1][:, determined] @ ((rest[1][:, determined].T @ pull) / rest[0][determined])
+        shift[np.any(np.abs(rest[1][:, ~determined]) > 1e-3, axis=1)] = np.nan
+        limit = rank * float(f.ppf(1.0 - (1.0 - _CONFIDENCE) / len(chosen), rank, max(freedom, 1))) if rank else np.inf
         out.append(Without(name, shift, statistic > limit))
     return out
 
 
 def too_large(chi_square: float, freedom: int) -> bool:
-    """Whether a reduced chi square is no accident of the noise that was given."""
+    """Whether a reduced chi square is significantly too large for the given noise."""
     from scipy.stats import chi2
 
-    return bool(freedom > 0 and chi_square > chi2.ppf(_SURE, freedom) / freedom)
+    return bool(freedom > 0 and chi_square > chi2.ppf(_CONFIDENCE, freedom) / freedom)
 
 
 def listed(names: Sequence[str]) -> str:

@@ -1,10 +1,19 @@
-"""What a problem predicts of what was measured, with exact derivatives by the parameters sought."""
+"""Predictions of the measured numbers, with exact derivatives by the parameters sought.
+
+Loops and vibration at given frequencies are solutions of the balance. Of backbones, a peak of the response solves
+``(R, G) = 0``, the balance with ``G = da/dw``, for ``(X, w)``: its derivatives by parameters are ``-J^-1 (R_p, G_p)``
+with the Jacobian of ``analysis/peaks/system.py``. A point of a nonlinear mode solves the equations of
+``analysis/modes/system.py`` for motion, frequency and damping. There the derivatives of the residual by the parameters
+are central differences at the solution; nothing is solved again.
+"""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from math import log
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -12,7 +21,11 @@ import numpy as np
 from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.curve.steady import steady_request
 from slipstick.analysis.identification.kinds import Backbone, Decay, Loops, Measured, Vibration
-from slipstick.analysis.peaks.gradient import Extreme
+from slipstick.analysis.identification.measured import conditions_at
+from slipstick.analysis.modes.following import first_guess
+from slipstick.analysis.modes.free_problem import FreeProblem, LinearMode, free_problem
+from slipstick.analysis.modes.system import BothSides, ModeSystem, damping_rate
+from slipstick.analysis.peaks.system import Extreme, PeakSystem, StateSpace
 from slipstick.analysis.road.run import stopped_too
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
@@ -27,37 +40,41 @@ from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.solve.norm import norm
 from slipstick.typing import Array, IntArray
 
-_NEWTON = NewtonOptions(tolerance=1e-12, stagnation=1e-9, max_iterations=30)
-_PARTS = 16
-"""A change of the parameters is made in at most so many parts where it is too much at once."""
-_BESIDE = 0.03
-"""The curve is followed so far beyond the measured frequencies."""
-_SAME = 1e-6
-"""Motions closer than this, relative to their size, are one."""
+_MOTION_NEWTON = NewtonOptions(tolerance=1e-12, stagnation=1e-9, max_iterations=30)
+_BACKBONE_NEWTON = NewtonOptions(tolerance=1e-11, stagnation=1e-8, max_iterations=30)
+"""Options of Newton's method for motions at given frequencies, and for peaks and nonlinear modes."""
+_MOTION_PARTS, _BACKBONE_PARTS = 16, 32
+"""Number of parts that a change of parameters, or of amplitude, is divided into at most where Newton's method fails."""
+_MARGIN = 0.03
+"""Share by which the range of a followed curve exceeds that of the measured frequencies."""
+_PEAK_RANGE = (0.6, 1.6)
+"""Range in which peaks are sought: factors on the lowest and highest measured frequency."""
+_SAME_MOTION = 1e-6
+"""Relative difference below which two motions are the same."""
 
 
 class Predictor(Protocol):
-    """Predicts the measured numbers."""
+    """Predicts the measured numbers from parameters."""
 
     several: int
-    """Points at which more than one motion was found."""
+    """Number of points with more than one motion."""
 
     @property
     def solved(self) -> int:
-        """Motions solved for so far."""
+        """Number of solved motions so far."""
 
     def begin(self, p: Array) -> bool:
-        """Choose the motions that are meant, at parameters (n_p,); whether they are others than before."""
+        """Choose the motions at parameters (n_p,) nearest to the measurement; True if the choice has changed."""
 
     def values(self, p: Array) -> Array:
-        """What is predicted at parameters (n_p,), of the shape of what was measured; nan where there is no motion."""
+        """Predicted numbers at parameters (n_p,), of the shape of the measured ones; nan where there is no motion."""
 
     def slopes(self, p: Array) -> Array:
-        """Its derivatives at the parameters asked for last, (n_p, ...)."""
+        """Derivatives of the predicted numbers at the last parameters, (n_p, ...)."""
 
 
 def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> Predictor:
-    """The one for what was measured."""
+    """The predictor for a kind of measurement."""
     match measured:
         case Decay():
             from slipstick.analysis.identification.decays import DecayPredictor
@@ -66,8 +83,6 @@ def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> 
         case Loops():
             return LoopPredictor(problem, names, measured)
         case Backbone():
-            from slipstick.analysis.identification.backbones import ModePredictor, PeakPredictor
-
             return (PeakPredictor if measured.kind == "peak" else ModePredictor)(problem, names, measured)
         case Vibration():
             return VibrationPredictor(problem, names, measured)
@@ -75,7 +90,7 @@ def predictor_of(problem: Problem, names: Sequence[str], measured: Measured) -> 
 
 
 class LoopPredictor:
-    """Forces of a contact whose motion is prescribed: nothing is solved."""
+    """Predicts forces of a contact whose motion is prescribed."""
 
     several = 0
     solved = 0
@@ -87,7 +102,7 @@ class LoopPredictor:
         self._slopes: Array = np.empty(0)
 
     def begin(self, p: Array) -> bool:
-        """There is one answer."""
+        """False: there is only one motion."""
         return False
 
     def values(self, p: Array) -> Array:
@@ -118,24 +133,24 @@ class LoopPredictor:
         return out
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, L)."""
+        """Derivatives of the coefficients (n_p, n, L)."""
         return self._slopes
 
 
 class _Solved(NamedTuple):
-    """A motion with the parameters it belongs to."""
+    """A motion and its parameters."""
 
     p: Array
     x: Array
     near: Array | None
     """Contact states."""
     rate: Array | None
-    """How the unknowns move with the parameters, (n_p, N); None: not asked for."""
+    """Derivatives (n_p, N) of the unknowns by the parameters; None: not computed."""
 
 
 @dataclass(frozen=True)
 class _Level:
-    """The points measured under the same conditions, and the balance at the parameters of the moment."""
+    """Points measured under the same conditions, and the balance at the current parameters."""
 
     balance: Balance
     outputs: Outputs
@@ -143,13 +158,13 @@ class _Level:
 
 
 class VibrationPredictor:
-    """Motions at the points measured, each followed from the parameters before to those that are tried."""
+    """Predicts vibration at the measured points, each followed from the last parameters to new ones."""
 
     def __init__(self, problem: Problem, names: Sequence[str], measured: Vibration) -> None:
         self.problem, self.names, self.measured = replace(problem, told=None), tuple(names), measured
         self._groups = measured.groups
         self._kept: list[_Solved | None] = [None] * measured.omega.size
-        """Motions at the parameters taken last."""
+        """Motions at the last parameters."""
         self._tried: list[tuple[_Level, _Solved, Linearization] | None] = []
         self.several, self.solved = 0, 0
 
@@ -166,7 +181,7 @@ class VibrationPredictor:
         return _Level(balance, Outputs(balance, self.measured.dofs), directions)
 
     def begin(self, p: Array) -> bool:
-        """Follow the curves at these parameters, and of several motions take those nearest to what was measured."""
+        """Follow the curves at these parameters, and choose the motions nearest to the measurement."""
         changed, self.several = False, 0
         for group in self._groups:
             level = self._level(group, p, slopes=False)
@@ -181,17 +196,19 @@ class VibrationPredictor:
                     continue
                 best = min(distinct, key=lambda here: self._distance(here, level, point))
                 old, self._kept[point] = self._kept[point], _Solved(p.copy(), best.x, best.detail.carried, None)
-                same = old is not None and np.array_equal(old.p, p) and norm(old.x - best.x) <= _SAME * norm(best.x)
+                same = (
+                    old is not None and np.array_equal(old.p, p) and norm(old.x - best.x) <= _SAME_MOTION * norm(best.x)
+                )
                 changed |= old is not None and not same
         return changed
 
     def _candidates(self, problem: Problem, omega: Array) -> list[list[tuple[Array, Array | None]]]:
-        """Unknowns and contact states of every motion met at each frequency."""
+        """Unknowns and contact states of every motion at each frequency."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
             each: list[list[tuple[Array, Array | None]]] = [[] for _ in omega]
             if len(omega) > 2:
-                span = (float(omega.min()) * (1.0 - _BESIDE), float(omega.max()) * (1.0 + _BESIDE))
+                span = (float(omega.min()) * (1.0 - _MARGIN), float(omega.max()) * (1.0 + _MARGIN))
                 self._gather(each, frequency_request(problem, span, omega, ()).solutions(), omega)
             missing = [k for k, found in enumerate(each) if not found]
             if missing:
@@ -211,7 +228,7 @@ class VibrationPredictor:
                 each[k].append((x, contact_states(table, balance, point)))
 
     def _distance(self, here: Linearization, level: _Level, point: int) -> float:
-        """From what was measured, over its noise where that is known."""
+        """Distance of a motion from the measurement, over the noise where that is known."""
         left = self._read(here, level)[0] - self.measured.values[point]
         if self.measured.noise is not None:
             left = left / self.measured.noise[point]
@@ -232,7 +249,7 @@ class VibrationPredictor:
         return out
 
     def slopes(self, p: Array) -> Array:
-        """Their derivatives (n_p, n, ...); the motions they are of are those that the next ones are sought from."""
+        """Derivatives (n_p, n, ...); the next motions are sought from those of this call."""
         out = np.empty((len(p), *self.measured.values.shape))
         for point, tried in enumerate(self._tried):
             assert tried is not None
@@ -243,7 +260,7 @@ class VibrationPredictor:
         return out
 
     def _read(self, here: Linearization, level: _Level, moved: Array | None = None) -> tuple[Array, Array]:
-        """What was measured of a motion, and its change for changes (n_p, n_dofs, L)."""
+        """The measured quantity of a motion, and its change for changes (n_p, n_dofs, L) of the motion."""
         U = here.motion()
         if not self.measured.of_amplitude:
             return U, np.empty(0) if moved is None else moved
@@ -255,13 +272,13 @@ class VibrationPredictor:
         return value, np.asarray(np.einsum("pdl,dl->pd", moved, h))
 
     def _follow(self, level: _Level, group: IntArray, point: int, p: Array) -> Linearization | None:
-        """The motion at a point from the one kept, in smaller changes of the parameters where one is too much."""
+        """The motion at a point from the stored one, in smaller changes of the parameters where one change fails."""
         kept = self._kept[point]
         if kept is None:
             return None
         here = self._step(level, point, kept, p)
         parts = 2
-        while here is None and parts <= _PARTS:
+        while here is None and parts <= _MOTION_PARTS:
             last: _Solved | None = kept
             for part in range(1, parts):
                 between = kept.p + (part / parts) * (p - kept.p)
@@ -288,7 +305,7 @@ class VibrationPredictor:
         system, scale = FrequencySystem(balance, balance.problem.inputs), norm(x) or 1.0
         self.solved += 1
         try:
-            found = newton(lambda z: system.evaluate(z, omega, near), x, options=_NEWTON, scale=scale)
+            found = newton(lambda z: system.evaluate(z, omega, near), x, options=_MOTION_NEWTON, scale=scale)
         except SlipstickError:
             return None
         if not found.converged:
@@ -300,6 +317,224 @@ class VibrationPredictor:
 def _distinct(motions: Sequence[Linearization]) -> list[Linearization]:
     out: list[Linearization] = []
     for motion in motions:
-        if all(norm(motion.x - other.x) > _SAME * (norm(other.x) or 1.0) for other in out):
+        if all(norm(motion.x - other.x) > _SAME_MOTION * (norm(other.x) or 1.0) for other in out):
             out.append(motion)
     return out
+
+
+class _Kept(NamedTuple):
+    """A solution and its parameters."""
+
+    p: Array
+    y: Array
+    context: Array | None
+
+
+class PeakPredictor:
+    """Predicts frequency and height of peaks, each followed from the last parameters to new ones."""
+
+    def __init__(self, problem: Problem, names: Sequence[str], measured: Backbone) -> None:
+        self.problem, self.names, self.measured = replace(problem, told=None), tuple(names), measured
+        self._kept: list[_Kept | None] = [None] * measured.omega.size
+        self._tried: list[_Kept] = []
+        self.several, self.solved = 0, 0
+
+    def _problem_at(self, point: int, p: Array) -> Problem:
+        return conditions_at(self.problem, self.names, p, self.measured.conditions, point)
+
+    def _system(self, problem: Problem) -> PeakSystem:
+        balance = Balance(problem)
+        balance.anchor_if_undamped(float(self.measured.omega[0]))
+        return PeakSystem(StateSpace(Outputs(balance, (self.measured.dof,)), problem.inputs))
+
+    def begin(self, p: Array) -> bool:
+        """Follow the curves at these parameters, and choose the peaks nearest to the measurement."""
+        self.several, changed = 0, False
+        for group in self.measured.groups:
+            found = list(self._peaks(self._problem_at(int(group[0]), p), group))
+            self.several += len(group) if len(found) > 1 else 0
+            for point in group.tolist():
+                if not found:
+                    continue
+                near = min(found, key=lambda peak: self._distance(peak, point))
+                old, self._kept[point] = self._kept[point], near._replace(p=p.copy())
+                changed |= old is not None and abs(old.y[-1] - near.y[-1]) > 0.02 * near.y[-1]
+        return changed
+
+    def _distance(self, peak: _Kept, point: int) -> float:
+        return abs(float(peak.y[-1]) / float(self.measured.omega[point]) - 1.0)
+
+    def _peaks(self, problem: Problem, group: IntArray) -> Iterator[_Kept]:
+        """Unknowns and frequency of the peaks of the curve."""
+        omega = self.measured.omega[group]
+        span = _PEAK_RANGE[0] * float(omega.min()), _PEAK_RANGE[1] * float(omega.max())
+        problem = replace(problem, outputs=[self.measured.dof])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            branch = frequency_request(problem, span, peaks_of=[self.measured.dof]).solutions()
+        stopped_too(branch.outcome)
+        table, balance = branch.table, Balance(problem)
+        for point in np.flatnonzero(table["peak_dof"].to_numpy() == 0).tolist() if len(branch) else []:
+            x = unknowns(table, problem, point).reshape(-1)
+            near = contact_states(table, balance, point)
+            context = None if near is None else np.append(np.nan, near)
+            yield _Kept(np.empty(0), np.append(x, table["omega"].to_numpy()[point]), context)
+
+    def values(self, p: Array) -> Array:
+        """Frequencies and amplitudes (n, 2)."""
+        out = np.full_like(self.measured.values, np.nan)
+        self._tried = []
+        for point, kept in enumerate(self._kept):
+            found = None if kept is None else self._follow(point, kept, p)
+            if found is None:
+                return np.full_like(out, np.nan)
+            self._tried.append(found[0])
+            out[point] = found[0].y[-1], found[1]
+        return out
+
+    def _follow(self, point: int, kept: _Kept, p: Array) -> tuple[_Kept, float] | None:
+        parts = 1
+        while parts <= _BACKBONE_PARTS:
+            last: _Kept | None = kept
+            amplitude = np.nan
+            for part in range(1, parts + 1):
+                between = kept.p + (part / parts) * (p - kept.p)
+                assert last is not None
+                system = self._system(self._problem_at(point, between))
+                scale = np.append(np.full(last.y.size - 1, norm(last.y[:-1]) or 1.0), last.y[-1])
+                self.solved += 1
+                try:
+                    result = newton(
+                        partial(system.evaluate, parameter=0.0, context=last.context), last.y,
+                        options=_BACKBONE_NEWTON, scale=scale,
+                    )  # fmt: skip
+                except SlipstickError:
+                    last = None
+                    break
+                if not result.converged or not result.evaluation.detail.bend < 0.0:
+                    last = None
+                    break
+                amplitude = result.evaluation.detail.amplitude
+                last = _Kept(between, result.x, result.evaluation.context)
+            if last is not None:
+                return last, float(amplitude)
+            parts *= 4
+        return None
+
+    def slopes(self, p: Array) -> Array:
+        """Derivatives (n_p, n, 2) of the predicted numbers."""
+        out = np.empty((len(p), *self.measured.values.shape))
+        for point, tried in enumerate(self._tried):
+            problem = self._problem_at(point, p)
+            system = self._system(problem)
+            at = system.state(tried.y, 0.0, tried.context)
+            assert at is not None
+            moves = [Move(inputs=direction_of(problem, name)) for name in self.names]
+            for k, (dy, move) in enumerate(zip(at.slopes(moves).T, moves, strict=True)):
+                out[k, point] = dy[-1], np.sum(at.detail.extreme.h * at.here.change(*system.moved(at, dy, move))[1])
+            self._kept[point] = tried
+        return out
+
+
+class ModePredictor:
+    """Predicts frequency and damping ratio of a nonlinear mode at measured amplitudes."""
+
+    several = 0
+
+    def __init__(self, problem: Problem, names: Sequence[str], measured: Backbone) -> None:
+        self.problem, self.names, self.measured = replace(problem, told=None), tuple(names), measured
+        self.solved = 0
+        self._found: list[Array] = []
+        self._systems: list[ModeSystem] = []
+
+    def begin(self, p: Array) -> bool:
+        """False: there is only one motion."""
+        return False
+
+    def _problem_at(self, point: int, p: Array) -> Problem:
+        return conditions_at(self.problem, self.names, p, self.measured.conditions, point)
+
+    def _free(self, point: int, p: Array) -> tuple[FreeProblem, LinearMode]:
+        return free_problem(self._problem_at(point, p), self.measured.mode - 1, self.measured.dof)
+
+    def _system(self, point: int, p: Array, amplitude: float) -> tuple[ModeSystem, Array, float]:
+        """The equations, the linear mode at an amplitude, and its frequency."""
+        free, linear = self._free(point, p)
+        guess = first_guess(free.balance, free.target, linear, amplitude)
+        system = free.system(guess[:-2], at_dof=True)
+        guess[:-2] /= system.sizes(amplitude)
+        return system, guess, linear.omega
+
+    def values(self, p: Array) -> Array:
+        """Frequencies and damping ratios (n, 2)."""
+        out = np.full_like(self.measured.values, np.nan)
+        self._found = [np.empty(0)] * len(out)
+        self._systems = []
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            for group in self.measured.groups:
+                order = group[np.argsort(self.measured.amplitude[group])]
+                system, y, unit = self._system(int(order[0]), p, float(self.measured.amplitude[order[0]]))
+                at: float | None = None
+                for point in order.tolist():
+                    amplitude = float(self.measured.amplitude[point])
+                    found = self._reached(system, y, unit, at, log(amplitude))
+                    if found is None:
+                        return np.full_like(out, np.nan)
+                    y, at = found, log(amplitude)
+                    self._found[point] = y
+                    out[point] = y[-2], y[-1] / (2.0 * y[-2])
+        return out
+
+    def _reached(self, system: ModeSystem, y: Array, unit: float, at: float | None, to: float) -> Array | None:
+        """The mode at log amplitude ``to`` from one at ``at`` (None: the linear one), in parts where one step fails."""
+        scale = np.ones(y.size)
+        scale[-2:] = unit
+        parts = 1
+        while parts <= _BACKBONE_PARTS:
+            now: Array | None = y
+            begin = to - 4.0 * (parts > 1) if at is None else at
+            for part in range(1, parts + 1):
+                parameter = begin + (part / parts) * (to - begin)
+                assert now is not None
+                self.solved += 1
+                try:
+                    result = newton(
+                        partial(system.evaluate, parameter=parameter), now, options=_BACKBONE_NEWTON, scale=scale
+                    )
+                except SlipstickError:
+                    now = None
+                    break
+                now = result.x if result.converged else None
+                if now is None:
+                    break
+            if now is not None:
+                return now
+            parts *= 4
+        return None
+
+    def slopes(self, p: Array) -> Array:
+        """Derivatives (n_p, n, 2) of the predicted numbers."""
+        out = np.empty((len(p), *self.measured.values.shape))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            for group in self.measured.groups:
+                first = int(group[0])
+                here = self._system_at(first, p)
+                sides = [BothSides(partial(self._system_with, first, p, k), float(value)) for k, value in enumerate(p)]
+                for point in group.tolist():
+                    y, at = self._found[point], log(float(self.measured.amplitude[point]))
+                    J = here.evaluate(y, at).jacobian
+                    for k, side in enumerate(sides):
+                        dy = -J.solve(side.rates(here, y, at)[0])
+                        out[k, point] = dy[-2], damping_rate(y, dy)
+        return out
+
+    def _system_at(self, point: int, p: Array) -> ModeSystem:
+        return self._system(point, p, float(self.measured.amplitude[point]))[0]
+
+    def _system_with(self, point: int, p: Array, k: int, value: float) -> ModeSystem:
+        """The equations with another value of one parameter."""
+        moved = p.copy()
+        moved[k] = value
+        return self._system_at(point, moved)

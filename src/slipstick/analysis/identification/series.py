@@ -1,4 +1,4 @@
-"""Measured time series made what is compared: coefficients of a steady vibration, or the backbone of a free decay.
+"""From measured time series to compared numbers: coefficients of steady vibration, or the backbone of a free decay.
 
 A steady vibration is periodic: its last whole periods give the coefficients of the problem's harmonics by least
 squares.
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     import xarray
 
 _PERIODS = 5
-"""A steady vibration is taken from so many of its last periods."""
+"""Number of last periods from which a steady vibration is taken."""
 _WINDOW = 3
 """Periods of a window of a decay."""
-_SLOW = 0.5
-"""A decay is followed while this share of the amplitude is left after a window: beyond, it is no slow one."""
+_LEAST_RATIO = 0.5
+"""Ratio of amplitudes after and before a window, below which a decay is too fast and no longer followed."""
 _UNSTEADY = 0.02
-"""Change of the coefficients from one half of them to the other, relative, above which it is said not to be steady."""
+"""Relative change of the coefficients between the two halves of these periods, above which a note says so."""
 _LEAST = 8
-"""Samples of a period, at least."""
-_SEEN = 0.01
-"""A decay is followed down to this share of its largest amplitude."""
+"""Least number of samples in a period."""
+_SMALLEST = 0.01
+"""Amplitude over the largest one, down to which a decay is followed."""
 _ORDERS = (1, 2, 3)
 
 
 def periodic_or_decaying(problem: Problem, data: xarray.Dataset) -> xarray.Dataset:
-    """The dataset of coefficients, of a loop, or of the backbone that a series over ``time`` becomes.
+    """Dataset of coefficients, of a loop or of a backbone, from a series over ``time``.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _steady(problem: Problem, data: xarray.Dataset, time: Array) -> xarray.Datas
 
 
 def _last(time: Array, omega: float) -> Any:
-    """Numbers of the samples of the last whole periods."""
+    """Indices of the samples in the last whole periods."""
     period = 2.0 * np.pi / omega
     count = min(_PERIODS, int((time[-1] - time[0]) / period * (1.0 + 1e-9)))
     if count < 2:
@@ -205,7 +205,7 @@ def windows(time: Array, x: Array) -> Iterator[tuple[float, float, float]]:
         part = _fitted(t, found, motion)
         amplitude = float(np.hypot(part[1], part[2]))
         largest = max(largest, amplitude)
-        if amplitude < _SEEN * largest or np.exp(-found[1] * width) < _SLOW:
+        if amplitude < _SMALLEST * largest or np.exp(-found[1] * width) < _LEAST_RATIO:
             return
         omega, decay = float(found[0]), float(found[1] / found[0])
         yield amplitude, omega, decay
@@ -226,7 +226,7 @@ def _fitted(t: Array, z: Array, motion: Array) -> Array:
 
 
 def _first_frequency(time: Array, x: Array) -> float:
-    """From crossings of the mean in the first part of the decay, with a lower bound on the size between them."""
+    """Frequency from crossings of the mean in the first part of the decay, with a least size between them."""
     centred = x - x.mean()
     up = np.flatnonzero((centred[:-1] < 0.0) & (centred[1:] >= 0.0))
     if up.size < 3:

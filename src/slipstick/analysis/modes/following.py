@@ -1,4 +1,4 @@
-"""A nonlinear mode point by point: where it begins, the way along it, and points near enough to draw lines between."""
+"""The continuation of a nonlinear mode: its first point, its branch, and points close enough for straight lines."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.modes.start import LinearMode
+from slipstick.analysis.modes.free_problem import LinearMode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
 from slipstick.analysis.road.checkpoint import Checkpoint
-from slipstick.analysis.road.work import NO_WORK, Work
+from slipstick.analysis.road.run import NO_WORK, Work
 from slipstick.balance.balance import Balance
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import (
@@ -32,24 +32,29 @@ from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _NEWTON = NewtonOptions(tolerance=1e-13, max_iterations=20)
-_LADDER, _RUNGS = 0.25, 24
-"""Amplitudes at which the linear mode is tried are each this share of the one before."""
+"""Options of Newton's method at a fixed amplitude of the output."""
+_AMPLITUDE_RATIO, _AMPLITUDES = 0.25, 24
+"""Ratio of successive amplitudes at which the linear mode is tried, and their number."""
 _LINEAR = 0.02
-"""Change of a motion of size 1 by its correction up to which it is that of the linear mode."""
-_BEYOND = log(1e4)
-"""Motion may grow by this factor more than the amplitude at the output."""
-_SEEN, _WRONG = 1e-4, 0.5
-"""A higher harmonic of that size beside the motion has to be predicted to within this share of itself."""
+"""Correction of a guess of size 1, up to which the motion is that of the linear mode."""
+_MOTION_GROWTH = log(1e4)
+"""Logarithm of the growth of the motion beyond that of the amplitude at the output, at which a branch stops."""
+_HARMONIC, _HARMONIC_ERROR = 1e-4, 0.5
+"""A higher harmonic above that size, relative to the motion, has to be predicted with at most this relative error."""
 _STICKS = 1.0 - 1e-6
-"""Fraction of the period from which on a contact counts as sticking all the time."""
+"""Fraction of the period above which a contact sticks at all times."""
 _PLACES = (0.25, 0.5, 0.75)
+"""Places in a segment at which its deviation from a straight line is measured."""
 _HALVINGS = 12
-_SLIGHT, _UNDAMPED = 0.02, 1e-9
-"""Damping ratios are told from each other to within the tolerance times this share of the largest, or this one."""
+"""Number of halvings of a segment at most."""
+_DAMPING_SHARE, _LEAST_DAMPING = 0.02, 1e-9
+"""Least damping ratio for relative deviations: share of the largest one of the branch, and absolute."""
+_AMPLITUDE = "amplitude"
+"""Name of the event at the last amplitude."""
 
 
 class ModePath:
-    """The way along a nonlinear mode.
+    """The continuation of a nonlinear mode.
 
     Parameters
     ----------
@@ -57,8 +62,8 @@ class ModePath:
         The system of equations over the size of the motion, and over the amplitude at the output.
     linear
         The mode at small amplitude.
-    first, last
-        Amplitudes of harmonic 1 at the output.
+    ends
+        First and last amplitude of harmonic 1 at the output.
     """
 
     def __init__(
@@ -70,11 +75,11 @@ class ModePath:
         self.options = replace(options, output_step=inf)
         self._runs: list[Continuation | Corrector | NewtonResult] = []
         self._earlier, self._begin, self._most = NO_WORK, 0.0, 0.0
-        self._stood: deque[RestartPoint] = deque(maxlen=2)
+        self._restart_points: deque[RestartPoint] = deque(maxlen=2)
 
     @property
     def work(self) -> Work:
-        """Of all runs so far."""
+        """Work of all continuations, correctors and solutions so far."""
         return self._work_of(self._runs)
 
     def _work_of(self, runs: Sequence[Continuation | Corrector | NewtonResult]) -> Work:
@@ -84,21 +89,21 @@ class ModePath:
         )
 
     def begin(self) -> tuple[Array, float] | None:
-        """Unknowns (N + 4,) and parameter at the first amplitude; None where none are found.
+        """Unknowns (N + 4,) and parameter at the first amplitude; None where no solution is found.
 
-        Where the mode is not linear there it is followed from an amplitude at which it is, or else from the nearest one
-        at which a solution is found from the linear mode.
+        If the mode is not linear there, it is followed from a smaller amplitude at which it is. Without one, it is
+        followed from the largest amplitude at which the linear mode leads to a solution.
         """
         amplitude, near = self.first, None
-        for _ in range(_RUNGS):
+        for _ in range(_AMPLITUDES):
             guess = first_guess(self.system.balance, self.system.target, self.linear, amplitude)
             result = self._solved(guess, amplitude)
             guess[:-2] /= self.at_dof.sizes(amplitude)
             if result.converged and norm((result.x - guess) / self._unit) < _LINEAR:
                 break
             near = near or ((result, amplitude) if result.converged else None)
-            amplitude *= _LADDER
-        else:  # as of a contact that just touches, which is linear nowhere
+            amplitude *= _AMPLITUDE_RATIO
+        else:  # e.g. a contact that just touches is not linear at any amplitude
             if near is None:
                 return None
             result, amplitude = near
@@ -109,67 +114,67 @@ class ModePath:
         run = self._run(y, parameter, (amplitude, self.first), [])
         for step in run:
             last = step
-        if run.error is not None:  # a fault, not a mode that cannot be found
+        if run.error is not None:  # an error, not a mode without a solution
             raise run.error
-        if last is None or last.name != _REACHED:
+        if last is None or last.name != _AMPLITUDE:
             return None
         exact = self._exact(last, self.first)
         return self._resized(exact.x, self.first) if exact.converged else None
 
     def follow(self, y: Array, parameter: float, events: Iterable[BranchEvent]) -> Continuation:
-        """From the first point on; the last one, at the last amplitude, is of kind "end"."""
+        """The continuation from the first point; the step at the last amplitude is of kind "end"."""
         self._begin = parameter
         return self._run(y, parameter, (self.first, self.last), events)
 
-    def beyond(self, stood: Checkpoint, events: Iterable[BranchEvent]) -> Continuation:
-        """From where another way along the same mode stood: the points that it would have found."""
-        own, restart = stood.own, tuple(filter(None, (stood.before, stood.restart_point)))
+    def resumed(self, checkpoint: Checkpoint, events: Iterable[BranchEvent]) -> Continuation:
+        """The continuation from a checkpoint of the same mode: it finds the same points."""
+        own, restart = checkpoint.own, tuple(filter(None, (checkpoint.before, checkpoint.restart_point)))
         self._begin, self._most, self._earlier = own["begin"], own["most"], own["work"]
-        self._stood.extend(restart)
+        self._restart_points.extend(restart)
         return self._run(restart[-1].state[:-1], self._begin, (self.first, self.last), events, restart)
 
     def refined(self, run: Continuation) -> Iterator[Step]:
-        """With corrected points between neighbours, so that lines between them are frequency and damping."""
+        """Steps with corrected points between them, so that frequency and damping are linear between points."""
         before = run.resumed_at
         for step in run:
             self._most = max(self._most, abs(float(_values(step.state)[1])))
             if run.restart_point is not None and run.restart_point.state is step.state:
-                self._stood.append(run.restart_point)
+                self._restart_points.append(run.restart_point)
             if before is not None:
-                yield from self._between(before, step, max(_SLIGHT * self._most, _UNDAMPED), _HALVINGS)
+                yield from self._between(before, step, max(_DAMPING_SHARE * self._most, _LEAST_DAMPING), _HALVINGS)
             yield step
             before = step
 
-    def stands(self, run: Continuation, step: Step, seconds: float) -> Checkpoint:
-        """Where it stands at a step of ``refined``, before the next one is asked for.
+    def checkpoint(self, run: Continuation, step: Step, seconds: float) -> Checkpoint:
+        """Checkpoint at a step of ``refined``, before the next step.
 
-        Its ``own`` are the parameter at which the run began (``begin``), the largest damping so far (``most``) and the
-        ``work`` of all other runs.
+        Its ``own`` entries are the parameter at which the continuation began (``begin``), the largest damping so far
+        (``most``) and the ``work`` of everything but this continuation.
         """
-        accepted = bool(self._stood) and self._stood[-1].state is step.state
+        accepted = bool(self._restart_points) and self._restart_points[-1].state is step.state
         others = self._work_of([one for one in self._runs if one is not run])
         return Checkpoint(
             value=step.evaluation.detail.amplitude, seconds=seconds, goes_on=accepted,
-            restart_point=self._stood[-1] if accepted else None,
-            before=self._stood[0] if accepted and len(self._stood) > 1 else None,
+            restart_point=self._restart_points[-1] if accepted else None,
+            before=self._restart_points[0] if accepted and len(self._restart_points) > 1 else None,
             own={"begin": self._begin, "most": self._most, "work": others},
         )  # fmt: skip
 
     def arrived(self, step: Step) -> tuple[Outcome, str]:
-        """Whether the way ended at the last amplitude, and what else to say."""
-        if step.name == _REACHED:
+        """Outcome of a branch with this last step, and its message."""
+        if step.name == _AMPLITUDE:
             return Outcome.COMPLETED, Outcome.COMPLETED.text
         return Outcome.TURNED_BACK, f"stopped early: the motion at the output does not come to {self.last:.6g}"
 
     def finished(self, step: Step) -> Step:
-        """At exactly the last amplitude, from a step that reached it."""
+        """The step at exactly the last amplitude, from one near it."""
         result = self._exact(step, self.last)
         if not result.converged:
             return step
-        return Step(np.append(result.x, log(self.last)), step.tangent, result, "end", _REACHED, result.x.size)
+        return Step(np.append(result.x, log(self.last)), step.tangent, result, "end", _AMPLITUDE, result.x.size)
 
     def _solved(self, state: Array, amplitude: float) -> NewtonResult:
-        """At a fixed amplitude at the output, from a motion, frequency and damping (N + 4,)."""
+        """Solution at an amplitude of the output, from motion, frequency and damping (N + 4,)."""
         parameter, y = log(amplitude), state.copy()
         y[:-2] /= self.at_dof.sizes(amplitude)
         result = newton(lambda z: self.at_dof.evaluate(z, parameter), y, options=_NEWTON, scale=self._unit)
@@ -177,14 +182,14 @@ class ModePath:
         return result
 
     def _exact(self, step: Step, amplitude: float) -> NewtonResult:
-        """At exactly an amplitude at the output, from a step near it."""
+        """Solution at an amplitude of the output, from a step near it."""
         state, detail = step.x.copy(), step.evaluation.detail
         state[:-2] *= self.system.sizes(detail.size)
         state[:-2] = self.system.turned(state[:-2], -float(np.angle(detail.at_dof)))
         return self._solved(state, amplitude)
 
     def _resized(self, y: Array, amplitude: float) -> tuple[Array, float]:
-        """From the amplitude at the output to the size of the motion."""
+        """Unknowns and parameter over the size of the motion, from unknowns over the amplitude at the output."""
         state = y.copy()
         state[:-2] *= self.at_dof.sizes(amplitude)
         size = norm(state[:-2][self.system.vibration])
@@ -193,7 +198,7 @@ class ModePath:
 
     @property
     def _unit(self) -> Array:
-        """What counts as one: the motion, the frequency."""
+        """Typical sizes of the unknowns."""
         unit = np.ones(self.system.size)
         unit[-2:] = self.linear.omega
         return unit
@@ -203,28 +208,28 @@ class ModePath:
         restart: Sequence[RestartPoint] = (),
     ) -> Continuation:  # fmt: skip
         first, last = ends
-        way = log(last / first)
-        stop = parameter + way + np.copysign(_BEYOND, way)
-        scaling = ArclengthScaling(x=self._unit, parameter=abs(way), adaptive=False)
+        span = log(last / first)
+        stop = parameter + span + np.copysign(_MOTION_GROWTH, span)
+        scaling = ArclengthScaling(x=self._unit, parameter=abs(span), adaptive=False)
         reached = BranchEvent(
-            name=_REACHED, kind="end", function=lambda s: log(s.evaluation.detail.amplitude / last),
-            direction=1 if way > 0.0 else -1, terminal=True,
+            name=_AMPLITUDE, kind="end", function=lambda s: log(s.evaluation.detail.amplitude / last),
+            direction=1 if span > 0.0 else -1, terminal=True,
         )  # fmt: skip
         slip = BranchEvent(name="first slip", kind="corner", function=_sticking)
-        self._scaling, self._length = scaling, abs(way)
+        self._scaling, self._length = scaling, abs(span)
         run = continuation(
-            self.system, y, parameter, stop, options=self.options, scaling=scaling, doubted=self._doubted,
+            self.system, y, parameter, stop, options=self.options, scaling=scaling, doubted=self._may_jump,
             events=[slip, *events, reached], restart=restart,
         )  # fmt: skip
         self._runs.append(run)
         return run
 
-    def _doubted(self, last: Step, new: Step, guess: Array) -> bool:
-        """Whether a higher harmonic is not as predicted: the step led past an internal resonance or a first slip."""
+    def _may_jump(self, last: Step, new: Step, guess: Array) -> bool:
+        """Whether a higher harmonic differs from its prediction: a step across an internal resonance or first slip."""
         before, after, expected = (self._by_harmonic(z) for z in (last.state, new.state, guess))
         sizes = np.maximum(np.linalg.norm(before, axis=0), np.linalg.norm(after, axis=0))
         wrong = np.linalg.norm(after - expected, axis=0)
-        return bool(np.any((sizes > _SEEN) & (wrong > _WRONG * sizes)))
+        return bool(np.any((sizes > _HARMONIC) & (wrong > _HARMONIC_ERROR * sizes)))
 
     def _by_harmonic(self, state: Array) -> Array:
         """Motion of the ports in each harmonic above 1, (2 n_ports, n - 1)."""
@@ -233,13 +238,17 @@ class ModePath:
         return np.concatenate([X[:, 1::2], X[:, 2::2]])[:, b.orders > 1.0]
 
     def _between(self, first: Step, second: Step, least: float, halvings: int) -> Iterator[Step]:
-        """Corrected points; ``least`` as in ``_bend``."""
+        """Corrected points between two steps; ``least`` as in ``_deviation``."""
         metric = Metric(self._scaling, first.x, self._length)
         corrector = Corrector(self.system, first.x.size, metric, self.options.newton)
         segment = corrector.segment(first, second)
         tolerance = self.options.output_tolerance
         near = segment.length <= self.options.kink_step
-        if near or not halvings or _bend([first.state, *map(segment.point, _PLACES), second.state], least) <= tolerance:
+        if (
+            near
+            or not halvings
+            or _deviation([first.state, *map(segment.point, _PLACES), second.state], least) <= tolerance
+        ):
             return
         corrector.context = first.evaluation.context
         guess = segment.point(0.5)
@@ -250,9 +259,6 @@ class ModePath:
         yield from self._between(first, middle, least, halvings - 1)
         yield middle
         yield from self._between(middle, second, least, halvings - 1)
-
-
-_REACHED = "amplitude"
 
 
 def first_guess(balance: Balance, target: TargetMode, linear: LinearMode, amplitude: float) -> Array:
@@ -266,7 +272,7 @@ def first_guess(balance: Balance, target: TargetMode, linear: LinearMode, amplit
 
 
 def _sticking(step: Step) -> float:
-    """Positive while no contact slips."""
+    """1 while no contact slips, else -1."""
     slipping = any(bool(np.any(s < _STICKS)) for s in _stick_fractions(step.evaluation.detail.responses))
     return -1.0 if slipping else 1.0
 
@@ -281,16 +287,16 @@ def _values(state: Array) -> Array:
     return np.array([state[-3], state[-2] / (2.0 * state[-3])])
 
 
-def _bend(states: list[Array], least: float) -> float:
-    """How far frequency and damping between two points are off the line through them, over their own size.
+def _deviation(states: list[Array], least: float) -> float:
+    """Relative deviation of frequency and damping between two points from the straight line through them.
 
-    Over the amplitude and over its logarithm; where it turns back, over the way. ``least`` is what a damping ratio is
-    compared with at least.
+    The line is over the amplitude and over its logarithm; where the amplitude turns back, over the arclength.
+    ``least`` is the least damping ratio by which deviations are divided.
     """
     p, values = np.array([state[-1] for state in states]), np.array([_values(state) for state in states])
     shares = [np.linspace(0.0, 1.0, len(states))]
     if abs(p[-1] - p[0]) > 0.5 * np.abs(np.diff(p)).sum():
         shares = [(x - x[0]) / (x[-1] - x[0]) for x in (p, np.exp(p - p[0]))]
-    off = [np.abs(values - values[0] - s[:, None] * (values[-1] - values[0])).max(axis=0) for s in shares]
+    deviation = [np.abs(values - values[0] - s[:, None] * (values[-1] - values[0])).max(axis=0) for s in shares]
     size = np.maximum(np.abs(values).max(axis=0), [0.0, least])
-    return float(np.max(off / size))
+    return float(np.max(deviation / size))

@@ -12,16 +12,14 @@ import numpy as np
 
 from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
-from slipstick.analysis.modes.free_problem import FreeProblem, free_problem
-from slipstick.analysis.modes.start import LinearMode
+from slipstick.analysis.modes.free_problem import FreeProblem, LinearMode, free_problem
 from slipstick.analysis.modes.system import ModeDetail, ModeSystem
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.request import Checks, Request
-from slipstick.analysis.road.run import Run
-from slipstick.analysis.road.work import Work, counted
+from slipstick.analysis.road.run import Run, Work, counted
 from slipstick.balance.checks import two_numbers
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
@@ -37,13 +35,15 @@ from slipstick.solve.continuation import BranchEvent, Continuation, Step
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
-"""Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of the amplitude's logarithm, and
-frequency and damping between two points to 4e-4 on the line through them."""
+"""Default options of a nonlinear mode: steps of 3 % of the logarithmic range of the amplitude; frequency and damping
+are linear between two points to 4e-4."""
 
-_MET = 1e-6
-"""Part of a load factor within which a point stands for it."""
+_SAME_FACTOR = 1e-6
+"""Relative difference up to which a point is at a load factor."""
 _LIMIT = 0.01
-"""Damping ratio above which the mode tells peaks to a per cent, but no decay."""
+"""Damping ratio above which the mode predicts forced peaks to a per cent only, and no decay."""
+_TURNED = 1e-12
+"""Phase angle at the output above which a point is turned to a cosine."""
 
 
 def nonlinear_modes(
@@ -132,8 +132,7 @@ def mode_request(
     assert ends is not None
     assert number is not None
     assert output is not None
-    backend = getattr(common["options"], "jacobian", "auto")
-    free, linear = free_problem(checks.problem, number - 1, output, backend)
+    free, linear = free_problem(checks.problem, number - 1, output, common["options"].jacobian)
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
@@ -160,7 +159,7 @@ def _factors(factors: Any) -> tuple[float, ...]:
 
 
 class ModeRecorder(Recorder):
-    """Points with the amplitude and the damping of the mode, and the load factor; ``force`` as in ``peak_forces``."""
+    """Recorder with amplitude and damping of the mode, and load factor; ``force`` as in ``peak_forces``."""
 
     def __init__(self, free: FreeProblem) -> None:
         super().__init__(free.balance)
@@ -168,7 +167,7 @@ class ModeRecorder(Recorder):
 
     @cached_property
     def layout(self) -> Layout:
-        """That of a branch, and more."""
+        """Layout of a branch of a nonlinear mode."""
         return mode_layout(super().layout, self._forced)
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
@@ -178,7 +177,7 @@ class ModeRecorder(Recorder):
 
 @dataclass(frozen=True, kw_only=True)
 class ModeRequest(Request):
-    """A mode to be followed between two amplitudes at ``dof``; its results are of no problem with loads."""
+    """A request to follow a mode between two amplitudes at ``dof``; no loads act in its results."""
 
     analysis: ClassVar[str] = "modes"
     free: FreeProblem
@@ -188,24 +187,24 @@ class ModeRequest(Request):
     factors: tuple[float, ...]
 
     def run(self) -> ModeRun:
-        """What follows it."""
+        """The run that follows the mode."""
         return ModeRun(self)
 
     without: ClassVar[str] = "it is a free vibration, not that of a problem with loads"
 
     @property
     def vibrating(self) -> Problem | None:
-        """None: the problem is excited, the mode is not."""
+        """None: loads excite the problem, but not the mode."""
         return None
 
     def solutions(self) -> Solutions:
-        """The points, in memory."""
+        """Compute all points and return them in memory."""
         found = super().solutions()
         found.excited = self.problem
         return found
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of ``ModePath.stands``."""
+        """Checkpoint of ``ModePath.checkpoint``, from its journal."""
         with undamaged():
             point = Checkpoint.from_plain(plain, size=self.balance.size + 5)
             if not point.goes_on:
@@ -216,14 +215,14 @@ class ModeRequest(Request):
             return replace(point, own={**own, "work": Work._make(map(int, plain["work"]))})
 
     def recorder(self) -> ModeRecorder:
-        """With what a mode has besides."""
+        """Recorder with the variables of a mode."""
         return ModeRecorder(self.free)
 
-    def doubts(self, values: Mapping[str, Array]) -> list[str]:
-        """Where the mode tells less than it seems to, and what is suspicious."""
-        return [*self._mode_doubts(values), *result_warnings("omega", values, self.free.problem.elements)]
+    def value_warnings(self, values: Mapping[str, Array]) -> list[str]:
+        """Warnings about limits of the mode and about suspicious values."""
+        return [*self._mode_warnings(values), *result_warnings("omega", values, self.free.problem.elements)]
 
-    def _mode_doubts(self, values: Mapping[str, Array]) -> Iterator[str]:
+    def _mode_warnings(self, values: Mapping[str, Array]) -> Iterator[str]:
         damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]
         yield from self._passed_over(values)
         if np.nanmax(np.abs(damping)) > _LIMIT:
@@ -245,7 +244,7 @@ class ModeRequest(Request):
         missed = []
         for factor in sorted(set(self.factors)):
             off = here - factor
-            met = asked & (np.abs(off) <= _MET * factor)
+            met = asked & (np.abs(off) <= _SAME_FACTOR * factor)
             if np.any((off[:-1] * off[1:] < 0.0) & ~met[:-1] & ~met[1:]):
                 missed.append(f"{factor:g}")
         if missed:
@@ -256,7 +255,7 @@ class ModeRequest(Request):
 
 
 class ModeRun(Run[ModeRequest]):
-    """A mode under way: each step, and before it what comes between them for smooth lines."""
+    """Run that follows a nonlinear mode."""
 
     def __init__(self, request: ModeRequest) -> None:
         super().__init__(request)
@@ -268,33 +267,33 @@ class ModeRun(Run[ModeRequest]):
         self._force = free.mode_force()
 
     def points(self) -> Generator[Point, None, None]:
-        """From the first amplitude to the last one, which is met exactly."""
-        request, path, newest = self.request, self._path, list[Step]()
-        stood, way = request.checkpoints[-1:], log(request.stop / request.start)
+        """Points from the first amplitude to exactly the last one."""
+        request, path, latest = self.request, self._path, list[Step]()
+        resumed, span = request.checkpoints[-1:], log(request.stop / request.start)
         self.outcome, self.doing = Outcome.NO_FIRST_POINT, f"looking for the mode at the amplitude {request.start:.6g}"
-        with self.kept(newest):
+        with self.keeping_points(latest):
             levels = [self._level(factor) for factor in request.factors]
             run: Continuation | None = None
-            if stood:
-                run = path.beyond(stood[0], levels)
-            elif (begun := path.begin()) is not None:
-                run = path.follow(*begun, levels)
+            if resumed:
+                run = path.resumed(resumed[0], levels)
+            elif (first := path.begin()) is not None:
+                run = path.follow(*first, levels)
             if run is not None:
                 self.doing = ""
                 checkpoint: Checkpoint | None = None
                 for step in path.refined(run):
                     pass_on()
-                    if newest:
+                    if latest:
                         self.checkpoint = checkpoint
-                        yield self._point(self._system, newest[0])
-                    newest[:], checkpoint = [step], path.stands(run, step, self.seconds)
-                    self.progress = min(max(log(step.evaluation.detail.amplitude / request.start) / way, 0.0), 1.0)
+                        yield self._point(self._system, latest[0])
+                    latest[:], checkpoint = [step], path.checkpoint(run, step, self.seconds)
+                    self.progress = min(max(log(step.evaluation.detail.amplitude / request.start) / span, 0.0), 1.0)
                 self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
         if self.outcome is Outcome.NO_FIRST_POINT:
             self.message = f"no free vibration was found at the amplitude {request.start:.6g}: begin at a smaller one"
-        if not newest:
+        if not latest:
             return
-        last, system = newest[0], self._system
+        last, system = latest[0], self._system
         if self.outcome is Outcome.COMPLETED:
             self.outcome, self.message = path.arrived(last)
         if self.outcome is Outcome.COMPLETED:
@@ -302,16 +301,18 @@ class ModeRun(Run[ModeRequest]):
         else:
             self.message = f"{self.message}; the last amplitude is {last.evaluation.detail.amplitude:.6g}"
         amplitude = float(last.evaluation.detail.amplitude)
-        self.checkpoint = Checkpoint(value=amplitude, seconds=self.seconds, goes_on=False, own={})  # it is found anew
+        self.checkpoint = Checkpoint(
+            value=amplitude, seconds=self.seconds, goes_on=False, own={}
+        )  # computed anew on resuming
         yield self._point(system, last)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Which mode, and the work."""
+        """Mode, output and work."""
         return {"mode": self.request.number + 1, "mode_of": self.request.dof, **counted(self._path.work)}
 
     def _point(self, system: ModeSystem, step: Step) -> Point:
-        """A point with its phase turned so that harmonic 1 at the output is a cosine."""
+        """Point of the results, its phase such that harmonic 1 at the output is a cosine."""
         y, detail = step.x, step.evaluation.detail
         angle = -float(np.angle(detail.at_dof))
         if abs(angle) > _TURNED:
@@ -323,15 +324,11 @@ class ModeRun(Run[ModeRequest]):
         )  # fmt: skip
 
     def _level(self, factor: float) -> BranchEvent:
-        """Where the forced response to the loads times a factor peaks."""
+        """Event where the forced response to the loads times a factor peaks."""
         return BranchEvent(
             name=f"{factor:g}", kind="requested", exact=True,
             function=lambda step: peak_forces([step.evaluation.detail], self._force)[0] - factor,
         )  # fmt: skip
-
-
-_TURNED = 1e-12
-"""Angle of the motion at the output below which it is a cosine."""
 
 
 MODE_VARIABLES: Mapping[str, Declared] = {
@@ -342,13 +339,13 @@ MODE_VARIABLES: Mapping[str, Declared] = {
 
 
 def mode_layout(layout: Layout, problem: Problem) -> Layout:
-    """That of a branch with these variables."""
+    """Layout of a branch with the variables of a mode."""
     of_modes = {name: d._replace(units=problem.units.label(d.units)) for name, d in MODE_VARIABLES.items()}
     return replace(layout, variables={**layout.variables, **of_modes})
 
 
 def mode_values(details: Sequence[ModeDetail], force: ComplexArray) -> dict[str, Array]:
-    """Their values (n_points,), from details of a nonlinear mode; ``force`` as in ``peak_forces``."""
+    """Values (n_points,) of these variables, from details of a nonlinear mode; ``force`` as in ``peak_forces``."""
     omega, xi = (np.array([getattr(d, n) for d in details], dtype=float) for n in ("omega", "xi"))
     return {
         "modal_amplitude": np.array([d.amplitude for d in details], dtype=float),
@@ -358,10 +355,10 @@ def mode_values(details: Sequence[ModeDetail], force: ComplexArray) -> dict[str,
 
 
 def peak_forces(details: Sequence[ModeDetail], force: ComplexArray) -> Array:
-    """Factors (n_points,) on loads whose forced response peaks there; nan where they do not act on the mode.
+    """Factors (n_points,) on loads whose forced response peaks there; nan where loads do not act on the mode.
 
-    In phase resonance the loads feed what ``xi`` takes: ``factor |p^H q| = xi w |q|^2``, with the phasors of the
-    mass-normalised modes in harmonic 1, and of the loads on them ``force`` (n_modes,).
+    In phase resonance the power of the loads is that of ``xi``: ``factor |p^H q| = xi w |q|^2``, with the
+    phasors of the mass-normalised modes in harmonic 1, and of the loads on them ``force`` (n_modes,).
     """
     dissipated = np.array([d.xi * d.omega * np.sum(np.abs(d.modal) ** 2) for d in details], dtype=float)
     power = np.array([abs(np.vdot(force, d.modal)) for d in details], dtype=float)

@@ -1,14 +1,14 @@
-"""Free vibration made periodic: the balance with one mode split off, frequency and damping unknown.
+"""Free vibration as periodic motion: the balance with one mode separated, frequency and damping unknown.
 
 ``M x'' + (C - xi M) x' + K x + f = 0``. In harmonic 1 the target mode r of the structure without contacts, of which
 the receptance is infinite at its resonance, has a motion ``q`` of its own: ``X + A'(w, xi) F - phi_r q = 0`` and
 ``(w_r^2 (1 + i eta_r) - w^2 + i w (2 zeta_r w_r - xi)) q + g = 0`` with ``g`` the force on it. Two more equations fix
-size and phase. Unknowns are ``(X / A, q / A, w, xi)``, the parameter is ``log A``; what of ``X`` is static is divided
+size and phase. Unknowns are ``(X / A, q / A, w, xi)``, the parameter is ``log A``. The static part of ``X`` is divided
 by ``sqrt(A^2 + b^2)``, ``b`` its size at rest.
 
 ``A`` is the size of the motion over all harmonics (M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration
-Problems, 2019, section 2.5): where another mode takes over the vibration in a higher harmonic, an internal resonance,
-harmonic 1 may vanish and ``A`` does not. With ``at_dof`` it is the amplitude of harmonic 1 at the output instead.
+Problems, 2019, section 2.5). In an internal resonance another mode vibrates in a higher harmonic: harmonic 1 may vanish
+there, ``A`` does not. With ``at_dof`` it is the amplitude of harmonic 1 at the output instead.
 """
 
 from __future__ import annotations
@@ -32,30 +32,30 @@ from slipstick.structure.prescribed_mode import XI, CoupledModes
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 _TRANSVERSAL = 0.5
-"""Cosine between a shift in time and the direction that the phase is fixed along, below which that is chosen anew."""
+"""Cosine between a shift in time and the direction of the phase condition, below which that direction is renewed."""
 
 _STEP = 1e-6
-"""Relative change of a parameter over which equations are differenced."""
-_BENT, _ROUNDING = 1e-2, 1e-10
-"""Part of a first difference above which a second one says that equations have a corner; and what of it is rounding."""
+"""Relative step of a parameter for differences of the equations."""
+_CURVATURE, _ROUNDING = 1e-2, 1e-10
+"""Second difference over the first, above which the equations have a corner; and its rounding."""
 
 _EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ModeDetail(Detail):
-    """What a point of a nonlinear mode keeps of its evaluation besides.
+    """Further quantities of an evaluation at a point of a nonlinear mode.
 
     Attributes
     ----------
     size
         ``A``, the size of the motion over all harmonics.
     xi
-        What is taken of damping, 1/time.
+        Damping that is subtracted, 1/time.
     at_dof
-        Cosine minus i times sine of harmonic 1 at the output, length.
+        Phasor of harmonic 1 at the output (cosine minus i times sine), length.
     modal
-        Those of the mass-normalised modal coordinates, (n_modes,).
+        Phasors of the mass-normalised modal coordinates, (n_modes,).
     """
 
     size: float
@@ -70,18 +70,18 @@ class ModeDetail(Detail):
 
 
 class TargetMode:
-    """The mode that is split off: one of the structure without contacts.
+    """The separated mode: one of the structure without contacts.
 
     Attributes
     ----------
     number
-        Its place, from 0.
+        Its number, from 0.
     square, loss, viscous
         ``w_r^2``, ``eta_r`` and ``2 zeta_r w_r``.
     scale
-        What its shape is divided by: its size at contact ports and output together.
+        Norm of its shape at contact ports and output.
     shape
-        Its shape at the ports of the balance over that, (n_ports,).
+        Its shape at the ports of the balance over ``scale``, (n_ports,).
     """
 
     def __init__(
@@ -99,8 +99,8 @@ class TargetMode:
     def answer(self, omega: float, xi: float) -> tuple[ComplexArray, AnyArray]:
         """Its dynamic stiffness over ``square``, and its shape at the ports over ``scale``.
 
-        With their derivatives by frequency and by ``xi``: (3,) and (3, n_ports). Where damping couples it to other
-        modes these move with it.
+        With their derivatives by frequency and by ``xi``: (3,) and (3, n_ports). Modes that damping couples to it move
+        with it.
         """
         if self._coupled is not None:
             modes, stiffness = self._coupled.carried(omega, xi)
@@ -125,20 +125,20 @@ class TargetMode:
 class ModeSystem(Augmented):
     """The system of equations for ``(X / A, q / A, w, xi)`` over ``log A``.
 
-    The direction along which the phase is fixed is the ``context``: a shift in time of an earlier point, with the
-    contact states there.
+    The ``context`` is the direction of the phase condition, a shift in time of an earlier point, with the contact
+    states there.
 
     Parameters
     ----------
     outputs
-        Of the balance of a problem with a ``PrescribedMode``, whose last load is the motion of the mode; the first is
-        the one whose amplitude is meant.
+        Outputs of the balance of a problem with a ``PrescribedMode``, whose last load is the motion of the mode. The
+        amplitude is that of the first output.
     structure, ports
         The modes, and their shapes at the ports of the balance (n_ports, n_modes).
     target
-        The mode split off.
+        The separated mode.
     reference
-        A motion (N + 2,) of ports and mode, length, near which the phase is fixed first.
+        A motion (N + 2,) of ports and mode, length: the first phase condition is the phase of this motion.
     at_dof
         Whether ``A`` is the amplitude of harmonic 1 at the output.
     """
@@ -166,7 +166,7 @@ class ModeSystem(Augmented):
         return self.balance.size + 4
 
     def sizes(self, A: float) -> Array:
-        """What motions of ports and mode (N + 2,) are divided by."""
+        """Divisors of the motion of ports and mode (N + 2,)."""
         return np.where(self.vibration, A, np.hypot(A, self._rest))
 
     def shifted(self, motion: Array) -> Array:
@@ -177,7 +177,7 @@ class ModeSystem(Augmented):
         return np.append(out.reshape(-1), [motion[-1], -motion[-2]])
 
     def turned(self, motion: Array, angle: float) -> Array:
-        """A motion (N + 2,) or the motion of ports alone (N,), ``angle`` later in harmonic 1."""
+        """A motion of ports and mode (N + 2,), or of ports (N,), advanced by ``angle`` in harmonic 1."""
         n = self.balance.size
         X = motion[:n].reshape(self.balance.n_ports, -1).copy()
         turn = np.exp(1j * angle * self.balance.orders)
@@ -188,13 +188,13 @@ class ModeSystem(Augmented):
         return np.append(X.reshape(-1), [coordinate.real, -coordinate.imag][: q.size])
 
     def inputs(self, q: Sequence[float] | Array, xi: float) -> Inputs:
-        """With the motion ``q`` (2,) of the mode, cosine and sine."""
+        """Inputs with the motion ``q`` (2,) of the mode, cosine and sine."""
         P = self._base.P.copy()
         P[-1, self._pair] = q
         return replace(self._base, P=P, structure={XI: xi})
 
     def context(self, near: Array | None) -> Array | None:
-        """What points are sought with near contact states (n_states,); None without any."""
+        """Context of points near contact states (n_states,); None without states."""
         return None if near is None else np.append(self._reference, near)
 
     def state(self, y: Array, parameter: float, context: Array | None = None) -> Bordered | None:
@@ -235,7 +235,7 @@ class ModeSystem(Augmented):
         )  # fmt: skip
 
     def with_mode(self, x: Array, omega: float, xi: float, motion: Array, near: Array | None = None) -> Array:
-        """A motion (N + 2,) of ports and mode from that of ports (N,) and of the first output (L,) at a solution."""
+        """Motion (N + 2,) of ports and mode, from the motion of ports (N,) and first output (L,) at a solution."""
         here, still = Linearization(self.outputs, x, omega, self.inputs((0.0, 0.0), xi), near), np.zeros_like(x)
         units = [self.inputs(q, 0.0) for q in ((1.0, 0.0), (0.0, 1.0))]
         P = [np.where(np.arange(len(i.P))[:, None] == len(i.P) - 1, i.P, 0.0) for i in units]
@@ -253,7 +253,7 @@ class ModeSystem(Augmented):
         return columns
 
     def _other_columns(self, here: Linearization, pushed: ComplexArray) -> Array:
-        """Those by frequency and damping, of the forces ``pushed`` by the frequency."""
+        """Derivatives of the balance by frequency and damping; ``pushed`` are those of the forces by the frequency."""
         at = here.at
         by_omega = at.compliance.answer(pushed) + at.compliance.rate(at.G)
         return np.array([by_omega, here.structural_change({XI: 1.0})[0]])
@@ -268,7 +268,7 @@ class ModeSystem(Augmented):
     ) -> tuple[Array, Array, Array]:
         """The two equations of the mode over its stiffness, their gradients (2, N + 4), derivatives by ``log A``.
 
-        By the motion of the ports itself; ``grown`` (N,) is its derivative by ``log A``.
+        Gradients are by the motion of the ports in lengths; ``grown`` (N,) is its derivative by ``log A``.
         """
         t, (c, s, omega, xi) = self.target, y[-4:]
         stiffness = t.square / t.scale**2
@@ -291,7 +291,7 @@ class ModeSystem(Augmented):
         return float(vibration @ vibration) - 1.0, np.append(2.0 * vibration, [0.0, 0.0]), 0.0
 
     def _of_dof(self, here: Linearization, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
-        """The same of harmonic 1 at the output, whose motion ``U`` is (L,)."""
+        """The equation of the size as harmonic 1 at the output, whose motion is ``U`` (L,); as ``_of_size``."""
         still, h = np.zeros_like(here.x), self._level(A, U)
         P = np.zeros((2, *self._base.P.shape))
         P[[0, 1], -1, self._pair] = 1.0
@@ -317,17 +317,19 @@ class ModeSystem(Augmented):
         return np.append(self._force(shape, here.pushed(way)) / (A * t.square / t.scale**2), [size, 0.0])
 
     def moved(self, at: Bordered, dy: Array, direction: Move) -> tuple[Array, Move]:
-        """The motion (N,); frequency, motion of the mode and what is taken of damping."""
+        """The change of motion (N,), and of frequency, motion of the mode and subtracted damping."""
         *q, omega, xi = dy[-4:].tolist()
         inputs = direction.inputs or self._zero
         P = inputs.P.copy()
         P[-1, self._pair] += at.detail.size * np.array(q)
         return at.units * dy[:-4], Move(omega, replace(inputs, P=P, structure={XI: xi}))
 
-    def beside(self, y: Array, parameter: float, here: ModeSystem, context: Array | None = None) -> tuple[Array, Array]:
-        """Residual (N + 4,) and motion of the outputs at the motion that ``y`` is in ``here``, of another problem.
+    def compared(
+        self, y: Array, parameter: float, here: ModeSystem, context: Array | None = None
+    ) -> tuple[Array, Array]:
+        """Residual (N + 4,) and motion of the outputs at the motion that ``y`` describes in ``here``, another system.
 
-        In the sizes of that; the phase is not asked.
+        Sizes are those of ``here``; the equation of the phase is left out.
         """
         n, own, other = self.balance.size, self.sizes(exp(parameter)), here.sizes(exp(parameter))
         at = self.state(np.append(y[:-2] * other / own, y[-2:]), parameter, context)
@@ -355,13 +357,13 @@ def damping_rate(y: Array, dy: Array) -> float:
     return float((dy[-1] - y[-1] / y[-2] * dy[-2]) / (2.0 * y[-2]))
 
 
-class Beside:
-    """The equations of a mode on both sides of a value of a parameter that they are made anew with.
+class BothSides:
+    """The equations of a mode on both sides of the value of a parameter, for differences.
 
     Parameters
     ----------
     system
-        The equations at a value; InputError where it is not allowed: then those on the other side serve.
+        Makes the equations at a value. Where it raises InputError, differences are one-sided.
     """
 
     def __init__(self, system: Callable[[float], ModeSystem], value: float) -> None:
@@ -377,14 +379,14 @@ class Beside:
     ) -> tuple[Array, Array, bool]:
         """Derivatives of the residual (N + 4,) and of the motion of the outputs at a solution ``y`` of ``here``.
 
-        And whether the residual has neither jump nor corner there.
+        The third value is whether the residual has neither jump nor corner there.
         """
-        up, other = (self._sides[k].beside(y, parameter, here, context) for k in self._sides)
+        up, other = (self._sides[k].compared(y, parameter, here, context) for k in self._sides)
         if -1 in self._sides:
             R, U = ((a - b) / (2.0 * self._step) for a, b in zip(up, other, strict=True))
-            bend = 0.5 * (up[0] + other[0])  # the residual is 0 at a solution
+            second = 0.5 * (up[0] + other[0])  # the residual is 0 at a solution
         else:
-            at = here.beside(y, parameter, here, context)
+            at = here.compared(y, parameter, here, context)
             R, U = ((4.0 * b - c - 3.0 * a) / (2.0 * self._step) for a, b, c in zip(at, up, other, strict=True))
-            bend = up[0] - 0.5 * other[0]
-        return R, U, norm(bend) <= _BENT * norm(up[0]) + _ROUNDING
+            second = up[0] - 0.5 * other[0]
+        return R, U, norm(second) <= _CURVATURE * norm(up[0]) + _ROUNDING

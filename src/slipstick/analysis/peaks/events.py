@@ -1,4 +1,4 @@
-"""Local maxima of amplitudes along a branch, as events the continuation locates; and events asked with care."""
+"""Local maxima of amplitudes along a branch, as events that the continuation locates."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
 
-_REMEMBERED = 8
-_NOISE = 1e-11
-"""Amplitude over the largest motion of contacts and outputs below which it is rounding."""
-_ROUNDING = 1e-9
-"""Relative change of an amplitude over the whole range that is rounding."""
-_LEVEL = 1e-6
-"""The same below which no peak is sought: solutions are not known better, and a plateau has no peaks."""
+_CACHED = 8
+"""Number of steps whose amplitudes are cached."""
+AMPLITUDE_NOISE = 1e-11
+"""Amplitude over the largest motion of contacts and outputs, up to which it is rounding."""
+SLOPE_NOISE = 1e-9
+"""Relative change of an amplitude over the whole range, up to which it is rounding."""
+PLATEAU = 1e-6
+"""Relative change of an amplitude over the whole range, up to which no peak is sought between solutions: their accuracy
+is no better, and a plateau has no peaks."""
 
 
 def peak_events(
@@ -65,14 +67,16 @@ def _envelope(slopes: _Slopes) -> BranchEvent:
     )  # fmt: skip
 
 
-_WHAT = "the place of the largest amplitudes"
+_SEARCH = "the place of the largest amplitudes"
+"""Description of the search, for messages about its failure."""
 _ENDS = HermiteBasis(np.array([0.0, 1.0]))
-_BENT = 0.1
-"""Difference of the mean slope from that of a parabola, over both slopes at the ends, where a maximum may hide."""
+_DEVIATION = 0.1
+"""Difference of the mean slope from that of a parabola, over both slopes at the ends, above which there may be a
+maximum inside."""
 
 
 class Largest:
-    """Outputs of which the largest amplitude is located alone: where it exceeds all before, an ordinary point is put.
+    """Outputs whose largest amplitude is located: where it exceeds all before, a regular point is inserted.
 
     See ``slipstick.solve.continuation.events.Watched``.
     """
@@ -86,16 +90,16 @@ class Largest:
     ) -> None:
         self._slopes, self._postprocessing = _Slopes(Outputs(outputs.balance, tuple(names)), system), postprocessing
         events = (replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
-        self.events = tuple(kept_up(postprocessing, _WHAT, events))
+        self.events = tuple(kept_up(postprocessing, _SEARCH, events))
 
     def heights(self, step: Step) -> Array:
         """Amplitudes (n,) at a step."""
-        return self._postprocessing.attempt(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
+        return self._postprocessing.attempt(_SEARCH, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
 
     def expected(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
-        """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 where there is none."""
+        """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 without a maximum."""
         nothing = np.zeros((places.u.size, len(self.events))), np.zeros(len(self.events))
-        return self._postprocessing.attempt(_WHAT, lambda: self._expected(first, second, segment, places), nothing)
+        return self._postprocessing.attempt(_SEARCH, lambda: self._expected(first, second, segment, places), nothing)
 
     def _expected(
         self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis
@@ -105,37 +109,37 @@ class Largest:
             self._slopes.along(first, second, segment, _ENDS),
         )
         mean = (sizes[1] - sizes[0]) / segment.length
-        bent = np.abs(mean - ends.mean(axis=0)) > _BENT * np.abs(ends).sum(axis=0)
-        if not np.any(bent | ((ends[0] > 0.0) & (ends[1] <= 0.0))):
+        curved = np.abs(mean - ends.mean(axis=0)) > _DEVIATION * np.abs(ends).sum(axis=0)
+        if not np.any(curved | ((ends[0] > 0.0) & (ends[1] <= 0.0))):
             return np.zeros((places.u.size, mean.size)), np.zeros(mean.size)
         slopes, sizes = (
             part(first, second, segment, places) for part in (self._slopes.along, self._slopes.heights_along)
         )
         falls = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0)
-        # the slopes on both sides bound a maximum between them where there is no inflection
+        # without an inflection, the slopes on both sides bound the maximum between them
         way = segment.length * np.diff(places.u)[:, None]
         bound = np.minimum(sizes[:-1] + slopes[:-1] * way, sizes[1:] - slopes[1:] * way)
         return slopes, np.where(falls, bound, 0.0).max(axis=0)
 
 
 class _Slopes:
-    """Derivatives of amplitudes along the branch; the latest are remembered, as each output asks for them."""
+    """Derivatives of amplitudes along the branch; the latest are cached, for each output evaluates its own event."""
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
         self._latest: tuple[Step | HermiteSegment | None, Array] = (None, np.empty(0))
-        self._heights: deque[tuple[Step, Array]] = deque(maxlen=_REMEMBERED)
+        self._heights: deque[tuple[Step, Array]] = deque(maxlen=_CACHED)
 
     def at(self, step: Step) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
         if self._latest[0] is not step:
-            self._latest = step, self._slopes(*self._outputs.motion_along(step, self._system), _ROUNDING, step)
+            self._latest = step, self._slopes(*self._outputs.motion_along(step, self._system), SLOPE_NOISE, step)
         return self._latest[1]
 
     def heights(self, step: Step) -> Array:
         """Amplitudes (n_outputs,) at a step."""
-        for known, heights in self._heights:
-            if known is step:
+        for cached, heights in self._heights:
+            if cached is step:
                 return heights
         motion, _ = self._outputs.motion_along(step, self._system)
         heights = amplitude(self._outputs.balance.harmonics, motion).value
@@ -154,47 +158,47 @@ class _Slopes:
         """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
         if self._latest[0] is not segment or len(self._latest[1]) != places.u.size:
             motion, change = self._between(first, second, segment, places)
-            self._latest = segment, self._slopes(motion, change / segment.length, _LEVEL, second)
+            self._latest = segment, self._slopes(motion, change / segment.length, PLATEAU, second)
         return self._latest[1]
 
     def _slopes(self, motion: Array, change: Array, level: float, near: Step) -> Array:
-        """Slopes (..., n_outputs) of amplitudes; 0 on plateaus, and of motions that are rounding beside others."""
+        """Slopes (..., n_outputs) of amplitudes; 0 on plateaus, and of motions that are rounding."""
         balance = self._outputs.balance
         size, slope = amplitude_with_slope(balance.harmonics, motion, change)
         largest = np.abs(near.x.reshape(-1, balance.L)[:, 1:]).max(initial=size.max(initial=0.0))
-        slope[(np.abs(slope) <= level * size) | (size <= _NOISE * largest)] = 0.0
+        slope[(np.abs(slope) <= level * size) | (size <= AMPLITUDE_NOISE * largest)] = 0.0
         return slope
 
 
 def kept_up(postprocessing: Postprocessing, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
-    """Events whose functions may fail: there they keep the sign they had, and the branch goes on."""
+    """Events whose functions may fail: they keep their last value then, and the branch goes on."""
     for event in events:
         yield _LastKnown(postprocessing, what, event).event
 
 
 class _LastKnown:
-    """An event that is asked with care; its last value is what stands where it fails."""
+    """An event that keeps its last value where its functions fail."""
 
     def __init__(self, postprocessing: Postprocessing, what: str, event: BranchEvent) -> None:
-        self._postprocessing, self._what, self._asked, self._last = postprocessing, what, event, 1.0
+        self._postprocessing, self._what, self._original, self._last = postprocessing, what, event, 1.0
         place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
         self.event = replace(event, function=self._value, place=place, along=along, height=height)
 
     def _value(self, step: Step) -> float:
-        self._last = self._postprocessing.attempt(self._what, lambda: float(self._asked.function(step)), self._last)
+        self._last = self._postprocessing.attempt(self._what, lambda: float(self._original.function(step)), self._last)
         return self._last
 
     def _place(self, first: Step, second: Step, segment: HermiteSegment) -> float:
-        assert self._asked.place is not None
-        return self._postprocessing.attempt(self._what, partial(self._asked.place, first, second, segment), 1.0)
+        assert self._original.place is not None
+        return self._postprocessing.attempt(self._what, partial(self._original.place, first, second, segment), 1.0)
 
     def _height(self, step: Step) -> float:
-        assert self._asked.height is not None
-        return self._postprocessing.attempt(self._what, partial(self._asked.height, step), 0.0)
+        assert self._original.height is not None
+        return self._postprocessing.attempt(self._what, partial(self._original.height, step), 0.0)
 
     def _along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
-        assert self._asked.along is not None
+        assert self._original.along is not None
         same = np.full(places.u.size, self._last)
         return self._postprocessing.attempt(
-            self._what, partial(self._asked.along, first, second, segment, places), same
+            self._what, partial(self._original.along, first, second, segment, places), same
         )

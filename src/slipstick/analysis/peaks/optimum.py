@@ -1,4 +1,4 @@
-"""The value of a parameter at which a peak is lowest (or highest), in one Newton iteration, without a scan."""
+"""The value of a parameter at which a peak is lowest or highest, by one Newton iteration instead of a scan."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 
 from slipstick.analysis.augmented import Augmented, Bordered
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
-from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
-from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
+from slipstick.analysis.peaks.system import Displaced, Extreme, PeakDetail, PeakGradient, PeakSystem
 from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.events import EventFunction
@@ -30,30 +29,30 @@ from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array, FrequencyRange, Real
 
 _NEWTON = NewtonOptions(max_iterations=15, min_damping=0.5, patience=4, non_monotone=3)
-_SEARCHED = 30.0
-"""How many times smaller and larger the parameter may become where it is sought by tracking."""
-_SAME = 1e-6
-"""Relative distance up to which an optimum on the way of a peak is the one that was found."""
+_SEARCH_FACTOR = 30.0
+"""Factor by which the parameter may shrink or grow in the search by tracking."""
+_SAME_OPTIMUM = 1e-6
+"""Relative difference of the parameter up to which two optima are the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Optimum:
-    """Where a peak is lowest or highest over a parameter.
+    """The value of a parameter at which a peak is lowest or highest.
 
     Attributes
     ----------
     parameter, dof
         Names.
     value, omega, amplitude
-        Of the parameter, rad/s, and of the peak there; nan where none was found.
+        Value of the parameter, frequency in rad/s and amplitude of the peak; nan where none was found.
     kind
         "lowest" or "highest"; empty where none was found.
     hessian
         Second derivatives (2, 2) of the amplitude by frequency and parameter along the solutions, symmetric.
     factorisations
-        Of Jacobians that Newton's method took.
+        Number of factorised Jacobians of the balance.
     branch
-        The point itself with everything results hold; its problem has the parameter.
+        The optimum as a point of results; its problem has the value of the parameter.
     """
 
     parameter: str
@@ -136,7 +135,7 @@ def optimum_request(
     problem: Any, parameter: Any, start: Any, omega: Any, dof: Any, options: Any = None, listeners: Any = (), *,
     beside: float | None = None,
 ) -> OptimumRequest:  # fmt: skip
-    """What is asked for, checked, as ``OptimumRequest`` has it; InputError with all faults."""
+    """Request of ``optimal``; its arguments, checked. Raises InputError with all faults."""
     request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
     return OptimumRequest(**vars(request), beside=beside)
 
@@ -149,7 +148,7 @@ class OptimumSystem(Augmented):
         self.hessian: Array = np.full((2, 2), np.nan)
 
     def state(self, y: Array, parameter: float = 0.0, context: Array | None = None) -> Bordered | None:
-        """The balance with both slopes, of one factorisation; ``parameter`` and ``context`` mean nothing."""
+        """The balance with both slopes, from one factorisation; ``parameter`` and ``context`` are not used."""
         sloped = self.peaks.slope(y[:-1], float(y[-1]), self._context) if np.all(np.isfinite(y)) else None
         if sloped is None:
             return None
@@ -170,23 +169,23 @@ class OptimumSystem(Augmented):
 
     @staticmethod
     def _row(side: Displaced, along: tuple[Move, ...]) -> Array:
-        """Gradient of a slope over all unknowns."""
+        """Gradient of a slope by all unknowns."""
         return np.concatenate([side.by_motion(), [side.along(FREQUENCY), side.along(*along)]])
 
 
 @dataclass(frozen=True, kw_only=True)
 class OptimumRequest(TrackedPeak):
-    """A peak whose optimum over the parameter is sought.
+    """A request for the optimum of a peak over the parameter.
 
-    With ``beside``, a factor, the peak is followed from this part of the optimal value to as many times it, where the
-    parameter can have such values; without, the optimum is the one point.
+    With a factor ``beside``, the peak is followed from the optimal value divided by it to the optimal value times it,
+    where the parameter can have such values. Without, the optimum is the only point.
     """
 
     analysis: ClassVar[str] = "optimal"
     beside: float | None = None
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of the peak, with the unknowns of the optimum, the iterations to it and the work."""
+        """Checkpoint of the peak, with unknowns, iterations and factorisations of the optimum."""
         with undamaged():
             point = super().checkpoint(plain) if "y" in plain else Checkpoint.from_plain(plain)
             own = {"optimum": vector(plain["optimum"], self.balance.size + 2)}
@@ -194,11 +193,11 @@ class OptimumRequest(TrackedPeak):
             return replace(point, own={**point.own, **own, **counts})
 
     def run(self) -> OptimumSearch:
-        """What finds it."""
+        """The run that finds the optimum."""
         return OptimumSearch(self)
 
     def around(self, value: float) -> OptimumRequest | None:
-        """The peak that is followed beside the optimal value; None where there is none."""
+        """Request for the peak around the optimal value; None where it is not to be followed."""
         if self.beside is None or value == 0.0:
             return None
         problem, ends = self.problem, (value / self.beside, value * self.beside)
@@ -213,7 +212,7 @@ class OptimumRequest(TrackedPeak):
 
 
 class OptimumSearch(PeakRun):
-    """The way to an optimum: its one point, or the peak beside it."""
+    """Run that finds an optimum, and follows the peak around it where that is requested."""
 
     request: OptimumRequest
 
@@ -223,17 +222,17 @@ class OptimumSearch(PeakRun):
         self._factorisations, self._followed = 0, False
 
     def points(self) -> Generator[Point, None, None]:
-        """The optimum; or the peak beside it, and the optimum after it where that does not have it."""
+        """The optimum; or the peak around it, then the optimum unless one of its points is that."""
         own = self.request.checkpoints[-1].own if self.request.checkpoints else None
         if own is None:
-            self._best = self._searched()
+            self._best = self._find()
         else:
             system, u = OptimumSystem(self.system, None), own["optimum"]
             self._best = self._stationary(system, u, system.evaluate(u, float(u[-1])), own["optimum_iterations"])
             self._factorisations = own["optimum_factorisations"]
         if self._best is None:
             return
-        best, u, met, part = self._best.peak, self._best.u, False, 0
+        best, u, passed, part = self._best.peak, self._best.u, False, 0
         kept = {
             "optimum": u, "optimum_iterations": best.iterations, "optimum_factorisations": self._factorisations
         }  # fmt: skip
@@ -242,27 +241,27 @@ class OptimumSearch(PeakRun):
         if around is not None:
             self.request, self._followed, self.system.factorisations = around, True, 0
             self._peaks = self.continuation(around.start, around.stop)
-            met = any(self._same(point.value, point.own["kind"]) for point in around.checkpoints)
+            passed = any(self._same(point.value, point.own["kind"]) for point in around.checkpoints)
             try:
                 for point in super().points():
                     assert self.checkpoint is not None
                     self.checkpoint = replace(self.checkpoint, own={**self.checkpoint.own, **kept})
-                    met, part = met or self._same(point.parameter, point.kind), point.part
+                    passed, part = passed or self._same(point.parameter, point.kind), point.part
                     yield point
             except KeyboardInterrupt:
-                if not part:  # what was asked for is known
+                if not part:  # the optimum itself is known
                     self.checkpoint = alone
                     yield self.point(best)
                 raise
-        if not met:
+        if not passed:
             self.checkpoint = replace(alone, part=part + 1)
             yield self.point(best._replace(part=part + 1))
-        if not (met and self.outcome.ok):
+        if not (passed and self.outcome.ok):
             beside = f"; the peak beside it: {self.message}" if self._followed else ""
             self.outcome, self.message = Outcome.COMPLETED, Outcome.COMPLETED.text + beside
 
-    def _searched(self) -> _Stationary | None:
-        """By Newton's method from the highest peak, or from where tracking leads to; it says where there is none."""
+    def _find(self) -> _Stationary | None:
+        """The optimum by Newton's method from the highest peak, or from the tracked one; None where none is found."""
         self.doing = self.sought
         y = self.request.first(self.system)
         if y is None:
@@ -278,14 +277,14 @@ class OptimumSearch(PeakRun):
         return best
 
     def _same(self, value: float, kind: str) -> bool:
-        """Whether a point of the peak is the optimum that was found."""
+        """Whether a point of the peak is the optimum."""
         assert self._best is not None
         best = self._best.peak.parameter
-        return kind == OPTIMUM and abs(value - best) <= _SAME * abs(best)
+        return kind == OPTIMUM and abs(value - best) <= _SAME_OPTIMUM * abs(best)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Whose peak, the optimum and the work."""
+        """Output, optimum and work."""
         found: dict[str, Any] = {}
         if self._best is not None:
             peak = self._best.peak
@@ -295,7 +294,7 @@ class OptimumSearch(PeakRun):
         return {**(super().attributes if self._followed else alone), **found}
 
     def optimum(self, branch: Branch) -> Optimum:
-        """What was found, with the branch of its one point."""
+        """The optimum, with the branch of its points."""
         request, best = self.request, self._best if len(branch) else None
         peak = None if best is None else best.peak
         return Optimum(
@@ -306,13 +305,13 @@ class OptimumSearch(PeakRun):
         )  # fmt: skip
 
     def _newton(self, y: Array, value: float, context: Array | None = None) -> _Stationary | None:
-        """The optimum next to a state; None where the iteration fails, or ends at another kind of point."""
+        """The optimum next to a state; None where the iteration fails or ends at another kind of point."""
         system = OptimumSystem(self.system, context)
         size = scales(self.system.balance, self.system.at(value)[0], float(y[-1])).displacement
         scale = np.full(y.size + 1, max(size, norm(y[:-1])))
         scale[-2:] = y[-1], abs(value) or 1.0
         result = newton(partial(system.evaluate, parameter=value), np.append(y, value), options=_NEWTON, scale=scale)
-        near = abs(value) / _SEARCHED <= abs(result.x[-1]) <= abs(value) * _SEARCHED or value == 0.0
+        near = abs(value) / _SEARCH_FACTOR <= abs(result.x[-1]) <= abs(value) * _SEARCH_FACTOR or value == 0.0
         if not (result.converged and near):
             return None
         return self._stationary(system, result.x, result.evaluation, result.iterations)
@@ -320,7 +319,7 @@ class OptimumSearch(PeakRun):
     def _stationary(
         self, system: OptimumSystem, u: Array, evaluation: Evaluation, iterations: int
     ) -> _Stationary | None:
-        """The optimum at unknowns, frequency and parameter (N + 2,) that solve for it; None elsewhere."""
+        """The optimum at stationary unknowns, frequency and parameter (N + 2,); None where the peak is no maximum."""
         H, here = system.hessian, evaluation.detail
         if not H[0, 0] < 0.0:
             return None
@@ -341,11 +340,11 @@ class OptimumSearch(PeakRun):
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
     def _tracked(self, y: Array) -> tuple[_Stationary | None, str]:
-        """The optimum the peak comes by where it is tracked to where it falls, from a plateau both ways; polished."""
+        """The optimum on the peak tracked in the direction in which it falls, in both from a plateau; and a message."""
         value = self.request.start
         at = self.system.evaluate(y, value)
         rate, amplitude = (at.detail.rate, at.detail.amplitude) if at.detail is not None else (np.nan, np.nan)
-        down, up, ended = 1.0 / _SEARCHED, _SEARCHED, list[str]()
+        down, up, ended = 1.0 / _SEARCH_FACTOR, _SEARCH_FACTOR, list[str]()
         ways = [up if rate * np.sign(value) < 0.0 else down]
         if abs(rate * value) <= LEVEL * amplitude:
             ended.append(f"the peak does not depend on {self.request.parameter} at {value:g}")
@@ -365,6 +364,8 @@ class OptimumSearch(PeakRun):
 
 
 class _Stationary(NamedTuple):
+    """A stationary point of the peak over the parameter."""
+
     peak: PeakPoint
     u: Array
     """Unknowns, frequency and parameter, (N + 2,)."""

@@ -1,4 +1,4 @@
-"""Where a peak goes over a parameter, without the curves between."""
+"""Tracking a peak of the response over a parameter, without the response curves between."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
-from slipstick.analysis.peaks.gradient import Extreme, StateSpace
-from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.peaks.system import Extreme, PeakSystem, StateSpace
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.request import Checks, Request
-from slipstick.analysis.road.run import Run, stopped_too
-from slipstick.analysis.road.work import Work, counted
+from slipstick.analysis.road.run import Run, Work, counted, stopped_too
 from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.physics_checks import parameter_warnings
@@ -30,7 +28,7 @@ from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
-"""Options of a tracked peak where nothing else is said: steps of a tenth of the range."""
+"""Default options of a tracked peak: steps of at most a tenth of the range."""
 
 
 def track_peak(
@@ -104,7 +102,9 @@ def track_peak(
 def tracked_peak(
     problem: Any, parameter: Any, span: Any, omega: Any, dof: Any, requested: Any, options: Any, listeners: Any = ()
 ) -> TrackedPeak:
-    """What is asked for, checked; of a ``span`` that is one value, or None for that of the problem, its vicinity.
+    """Request of ``track_peak``; its arguments, checked.
+
+    A ``span`` that is one value, or None for the value of the problem, becomes a range from there.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def tracked_peak(
 
 
 def _start(problem: Problem, name: str, start: Any) -> tuple[float, float]:
-    """A value to begin at, and another beyond."""
+    """A range that starts at a value, or at that of the problem."""
     value = problem.parameter(name) if start is None else number("start", start)
     if value == 0.0:
         raise InputError(Fault("start", f"{name} is 0, round which nothing is sought", remedy="give another start"))
@@ -147,7 +147,7 @@ def _start(problem: Problem, name: str, start: Any) -> tuple[float, float]:
 
 
 def one_dof(problem: Problem, dof: Any) -> str:
-    """The output asked for, by default the first; InputError where there is none of that name."""
+    """Name of an output, by default the first; raises InputError for an unknown one."""
     known = tuple(problem.outputs or ())
     if dof is None and known:
         return known[0]
@@ -159,14 +159,14 @@ def one_dof(problem: Problem, dof: Any) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedPeak(Request):
-    """A peak to be followed: of the amplitude at ``dof``, between the frequencies ``omega``."""
+    """A request to follow a peak of the amplitude at ``dof`` that lies between the frequencies ``omega``."""
 
     analysis: ClassVar[str] = "track"
     omega: tuple[float, float]
     dof: str
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """That of ``PeakContinuation.stands``."""
+        """Checkpoint of ``PeakContinuation.checkpoint``, from its journal."""
         with undamaged():
             point, own = Checkpoint.from_plain(plain, size=self.balance.size + 2), dict(plain)
             given = None if own["given"] is None else np.asarray(own["given"], dtype=float)
@@ -181,7 +181,7 @@ class TrackedPeak(Request):
             })  # fmt: skip
 
     def run(self) -> PeakRun:
-        """What follows it."""
+        """The run that follows the peak."""
         return PeakRun(self)
 
     def first(self, system: PeakSystem) -> Array | None:
@@ -190,12 +190,12 @@ class TrackedPeak(Request):
 
 
 class PeakRun(Run[TrackedPeak]):
-    """A peak under way.
+    """Run that follows a peak.
 
     Attributes
     ----------
     system
-        The peaks of the output over the parameter.
+        Equations of the peaks of the output over the parameter.
     """
 
     def __init__(self, request: TrackedPeak) -> None:
@@ -207,16 +207,16 @@ class PeakRun(Run[TrackedPeak]):
         self._peaks = self.continuation(request.start, request.stop)
 
     def continuation(self, start: float, stop: float) -> PeakContinuation:
-        """The peak between two values of the parameter, to be followed."""
+        """The continuation of the peak between two values of the parameter."""
         request = self.request
         bounds = min(request.omega), max(request.omega)
         return PeakContinuation(self.system, (start, stop), bounds, request.options, request.requested)
 
     def points(self) -> Generator[Point, None, None]:
-        """From the highest peak at the first value on."""
+        """Points from the highest peak at the first value."""
         peaks, request = self._peaks, self.request
         if request.checkpoints:
-            found = peaks.beyond(request.checkpoints[-1])
+            found = peaks.resumed(request.checkpoints[-1])
         else:
             self.doing = self.sought
             first = request.first(self.system)
@@ -225,14 +225,14 @@ class PeakRun(Run[TrackedPeak]):
                 return
             self.doing, found = "", peaks.points(first)
         for peak in found:
-            self.checkpoint = peaks.stands(self.seconds)
+            self.checkpoint = peaks.checkpoint(self.seconds)
             self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
             yield self.point(peak)
             pass_on()
         self.outcome, self.message = peaks.outcome or Outcome.INTERRUPTED, peaks.message
 
     def point(self, peak: PeakPoint) -> Point:
-        """A peak as a point of the results; minima of the curve, beyond a fold, are peaks of nothing."""
+        """Point of the results; beyond a fold it is a minimum of the response curve, and a peak of no output."""
         return Point.at(
             peak.detail, x=peak.y[:-1], residual=peak.residual, iterations=peak.iterations, kind=peak.kind,
             parameter=peak.parameter, part=peak.part, peak_of=self.request.dof if peak.detail.bend < 0.0 else "",
@@ -240,19 +240,19 @@ class PeakRun(Run[TrackedPeak]):
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Whose peak, and the work."""
+        """Output and work."""
         return {
             "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations
         }  # fmt: skip
 
     @property
     def sought(self) -> str:
-        """What is done first."""
+        """Description of the search for the first peak, for ``Working`` events."""
         return f"looking for the highest peak at {self.request.parameter} = {self.request.start:g}"
 
     @property
     def none_found(self) -> str:
-        """What is said where there is no peak."""
+        """Message where there is no peak."""
         request = self.request
         where = " to ".join(f"{w:g}" for w in request.omega)
         none = f"no peak of {request.dof} was found from {where} {request.problem.units.angular}"

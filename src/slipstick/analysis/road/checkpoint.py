@@ -1,4 +1,4 @@
-"""Where a run stood when it found a point: what goes on from it, here or in another process, finds the same bits."""
+"""Checkpoints: the state of a run at a point, from which it resumes bit for bit, here or in another process."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from slipstick.solve.continuation import RestartPoint
 from slipstick.typing import Array
 
 _STORED = {"context": "given"}
-"""Names that fields of a restart point have in a journal, where they differ."""
+"""Names in a journal of the fields of a restart point, where they differ."""
 _PREFIXES = ("place_", "before_")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
-    """Where a run stood when it found a point.
+    """The state of a run at a point.
 
     Attributes
     ----------
     value
-        Of what is followed.
+        Value of the followed quantity.
     seconds
-        Time taken so far.
+        Computing time so far.
     part
-        Of the branch.
+        Number of the part of the branch.
     restart_point
-        Of a point that a continuation accepted: what that goes on from.
+        State of the continuation, at a point that it accepted.
     before
-        The restart point before it, where it cannot be told from the points before.
+        The restart point before, where the points before do not determine it.
     goes_on
-        Whether the run can be taken up after this point; otherwise after one before.
+        Whether the run can resume after this point; otherwise it resumes after an earlier one.
     own
-        What the analysis adds: numbers, texts, lists of them, and vectors, by name.
+        Entries of the analysis by name: numbers, texts, lists of them, and vectors.
     """
 
     value: float
@@ -49,7 +49,7 @@ class Checkpoint:
     own: Mapping[str, Any]
 
     def plain(self) -> dict[str, Any]:
-        """As numbers, texts and lists of them, and arrays."""
+        """Entries of a journal by name: numbers, texts, lists of them, and arrays."""
         values = {"value": self.value, "seconds": self.seconds, "part": self.part, "goes_on": self.goes_on}
         if self.before is not None:
             values |= _flat(self.before, "before_")
@@ -60,13 +60,13 @@ class Checkpoint:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], value: str = "value", size: int | None = None) -> Checkpoint:
-        """What ``plain`` made; ``own`` is all that it does not know, to be checked by the analysis.
+        """Checkpoint from the entries that ``plain`` made; the analysis has to check ``own``.
 
-        ``value`` is the name that the followed value has; ``size`` is that of states. Raises ValueError, KeyError or
-        TypeError where it is none, see ``undamaged``.
+        ``value`` names the followed value, ``size`` is the length of states. Raises ValueError, KeyError or TypeError
+        for other entries, see ``undamaged``.
         """
-        stands = {f"place_{name}": plain[name] for name in ("state", "tangent") if name in plain} | dict(plain)
-        restart_point = _restart_point(stands, "place_", size) if "place_points" in plain else None
+        entries = {f"place_{name}": plain[name] for name in ("state", "tangent") if name in plain} | dict(plain)
+        restart_point = _restart_point(entries, "place_", size) if "place_points" in plain else None
         known = {"value", "seconds", "part", "goes_on"} | ({"state", "tangent"} if restart_point else set())
         return cls(
             value=float(plain[value]), seconds=float(plain["seconds"]), part=int(plain.get("part", 1)),
@@ -78,7 +78,7 @@ class Checkpoint:
 
 @contextmanager
 def undamaged() -> Iterator[None]:
-    """Raises InputError where what is read inside is no checkpoint of this problem."""
+    """Context for reading a checkpoint: raises InputError where it is damaged or of another problem."""
     try:
         yield
     except (KeyError, TypeError, ValueError, OverflowError):
@@ -86,7 +86,7 @@ def undamaged() -> Iterator[None]:
 
 
 def vector(value: Any, size: int | None = None) -> Array:
-    """An array (size,) of finite numbers; raises ValueError where it is none."""
+    """An array (size,) of finite numbers; raises ValueError for anything else."""
     array = np.asarray(value, dtype=float)
     if array.ndim != 1 or (size is not None and array.size != size) or not np.all(np.isfinite(array)):
         raise ValueError
@@ -94,7 +94,7 @@ def vector(value: Any, size: int | None = None) -> Array:
 
 
 def resumable(checkpoints: Iterable[Checkpoint]) -> int:
-    """How many of the points of an ended run it is taken up after: up to the last one that it can go on from."""
+    """Number of points of a stopped run up to the last one after which it can resume."""
     return max((number for number, point in enumerate(checkpoints, 1) if point.goes_on), default=0)
 
 

@@ -1,4 +1,4 @@
-"""What a computation tells its listeners; it never prints."""
+"""Events of a computation for its listeners; it never prints."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True)
 class Started:
-    """A branch begins; ``recorder.layout`` tells what will be recorded."""
+    """A branch begins; ``recorder.layout`` has the variables of its results."""
 
     start: float
     stop: float
@@ -33,17 +33,17 @@ class Started:
 
 @dataclass(frozen=True, kw_only=True)
 class PointFound:
-    """A point was found; ``parameter`` is the frequency or the named parameter that is followed."""
+    """A point was found; ``parameter`` is the value of the followed frequency or parameter."""
 
     number: int
     point: Point = field(repr=False)
     progress: float
-    """Part of the range that is done, 0 to 1; it falls where the branch turns back."""
+    """Covered share of the range, 0 to 1; it falls where the branch turns back."""
     step: float
-    """Scaled length of the next step; nan where there is none."""
+    """Scaled length of the next step; nan without a step length."""
     recorder: Recorder = field(repr=False)
     checkpoint: Checkpoint | None = field(repr=False)
-    """What a curve can be followed on from; None for other analyses."""
+    """State from which a run can resume; None where the analysis has no checkpoints."""
 
     @property
     def omega(self) -> float:
@@ -93,20 +93,20 @@ class CaseDone:
 
 @dataclass(frozen=True, kw_only=True)
 class Working:
-    """What an analysis does, sent now and then where it takes long and no other event comes."""
+    """Progress of a long computation, sent about once a second without other events."""
 
     doing: str
-    """In words, such as "steady sliding"; empty where it is on the way to the next point."""
+    """Present task, such as "steady sliding"; empty on the way to the next point."""
     points: int
-    """Found so far."""
+    """Number of points so far."""
     evaluations: int
-    """Of the balance, so far."""
+    """Number of evaluations of the balance so far."""
     progress: float
-    """Part of the whole that is done, 0 to 1."""
+    """Completed share of the computation, 0 to 1."""
 
     @property
     def text(self) -> str:
-        """What it says in one line.
+        """The event in one line.
 
         >>> Working(doing="", points=3, evaluations=41, progress=0.2).text
         'on the way to point 4, evaluation 41'
@@ -118,13 +118,13 @@ Event = Started | Searching | StrategyTried | PointFound | Working | Stopped | C
 
 
 class Listener:
-    """Is told what a computation does: a subclass overrides the methods it wants. A function of one event will do too.
+    """Receives the events of a computation: a subclass overrides methods. A function of one event will do too.
 
     An exception raised here ends the computation; a KeyboardInterrupt ends it with the outcome INTERRUPTED.
     """
 
     def __call__(self, event: Event) -> None:
-        """Tell of an event."""
+        """Call the method of an event."""
         match event:
             case Started():
                 self.started(event)
@@ -150,19 +150,19 @@ class Listener:
         """A first point has been sought for a while."""
 
     def strategy_tried(self, event: StrategyTried) -> None:
-        """A way to the first point was tried."""
+        """A strategy for the first point was tried."""
 
     def point_found(self, event: PointFound) -> None:
         """A point was found."""
 
     def working(self, event: Working) -> None:
-        """It takes long."""
+        """The computation takes long."""
 
     def stopped(self, event: Stopped) -> None:
         """The computation ended."""
 
     def stage(self, event: StageProgress) -> None:
-        """A stage of a reduction has come so far: with it as ``listener`` of ``ss.reduce`` and the like."""
+        """A stage of a reduction made progress: of ``ss.reduce`` and the like, with this as ``listener``."""
 
     def case_done(self, event: CaseDone) -> None:
         """A case of a study was computed."""

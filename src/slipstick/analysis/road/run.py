@@ -1,4 +1,7 @@
-"""The road of every analysis: its run finds points one by one, and sinks take them: a branch, a file, a listener."""
+"""The run of an analysis finds points one by one; sinks take them: memory, a file, listeners.
+
+``Run.follow`` is the loop around the ``points`` of an analysis: clock, interrupts, events, and the end of the run.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import nan
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -26,50 +29,72 @@ if TYPE_CHECKING:
     from slipstick.analysis.road.checkpoint import Checkpoint
     from slipstick.analysis.road.request import AnalysisRequest
 
+
+class Work(NamedTuple):
+    """Work of continuations so far."""
+
+    runs: int = 0
+    evaluations: int = 0
+    solves: int = 0
+    rejected: int = 0
+
+    def plus(self, other: Work) -> Work:
+        """The sum of both."""
+        return Work(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+NO_WORK = Work()
+
+
+def counted(work: Work) -> dict[str, int]:
+    """Work by the names of attributes of results."""
+    return {"evaluations": work.evaluations, "linear_solves": work.solves, "rejected_steps": work.rejected}
+
+
 R = TypeVar("R", bound="AnalysisRequest")
 
-_KEPT = 5_000_000
-"""Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
+_WAITING_ENTRIES = 5_000_000
+"""Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all derivatives."""
 
-_PAUSE = 1.0
-"""Seconds without a word, after which it is told what is being done."""
+_SILENCE = 1.0
+"""Seconds without an event after which a ``Working`` event is sent."""
 
 Guard = Callable[[], AbstractContextManager[Any]]
 
 
 def one_thread() -> AbstractContextManager[Any]:
-    """Matrices of the balance are small: more BLAS threads only wait for each other."""
+    """Context with one BLAS thread: matrices of the balance are so small that further threads only wait."""
     return one_blas_thread()
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """One thread, and signals wait. It takes as long to enter as a small evaluation: once round many of them."""
+    """Context with one BLAS thread in which signals wait. Entering costs a small evaluation: enter it around many."""
     with one_thread(), held():
         yield
 
 
 def stopped_too(outcome: Outcome) -> None:
-    """What stopped a run stops the one that it is part of."""
+    """Stop the enclosing run where an inner one was interrupted or ran out of time."""
     if outcome in (Outcome.INTERRUPTED, Outcome.TIME_LIMIT):
         raise KeyboardInterrupt if outcome is Outcome.INTERRUPTED else TimeIsUp
 
 
 class Run(ABC, Generic[R]):
-    """An analysis under way. Each analysis adds its ``points``, and sets what it knows of them as it goes.
+    """A run of an analysis. Each analysis defines ``points`` and sets the attributes as it finds them.
 
     Attributes
     ----------
     request, recorder
-        What was asked for, and what makes numbers of its points.
+        The request, and the recorder that computes the values of its points.
     outcome, message, error
-        How it ended, or would if it did now; the exception that ended it, if one did.
+        End of the run, were it to end now; the exception that ended it, if any.
     count
-        Points so far, with those of a run that this one goes on with.
+        Points so far, with those of the run that this one resumes.
     progress, step, checkpoint
-        Of the point that comes, as in ``PointFound``.
+        Of the next point, as in ``PointFound``.
     doing
-        What is done on the way to it, in words, for those who wait; empty where that needs no words.
+        Description of a long computation before the next point, for ``Working`` events; may be empty.
     """
 
     def __init__(self, request: R) -> None:
@@ -81,24 +106,24 @@ class Run(ABC, Generic[R]):
         self.doing = ""
         self._clock = time.perf_counter() - (request.checkpoints[-1].seconds if request.checkpoints else 0.0)
         self._listeners: tuple[EventFunction, ...] = request.listeners
-        self._told, self._felt, self._seeking = time.perf_counter(), 0, False
+        self._last_event, self._evaluations, self._seeking = time.perf_counter(), 0, False
 
     @abstractmethod
     def points(self) -> Generator[Any, None, None]:
-        """The points in their order; at the end ``outcome`` and ``message`` say how it ended.
+        """Yield the points in order, and set ``outcome`` and ``message`` at the end.
 
-        Each is a ``Point``, or what the recorder of the analysis makes numbers of. Signals wait: ``pass_on`` lets them
-        in where nothing is half done.
+        Each is a ``Point``, or another type that the recorder of the analysis takes. Signals wait; call ``pass_on``
+        where an interrupt leaves nothing inconsistent.
         """
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """What the results say of this analysis and its work, by name."""
+        """Attributes of the results about this analysis and its work, by name."""
         return {}
 
     @property
     def closing(self) -> str:
-        """``message`` as the results say it."""
+        """Message of the results."""
         return self.message
 
     @property
@@ -107,34 +132,36 @@ class Run(ABC, Generic[R]):
         return time.perf_counter() - self._clock
 
     def tell(self, event: Event) -> None:
-        """Tell all who listen."""
-        self._told = time.perf_counter()
+        """Send an event to all listeners."""
+        self._last_event = time.perf_counter()
         for listener in self._listeners:
             listener(event)
 
-    def feel(self) -> None:
-        """An evaluation on the way to a point: where nothing was told for a while, tell, and let interrupts in."""
-        self._felt += 1
-        if self._seeking and time.perf_counter() - self._told >= _PAUSE:
+    def count_evaluation(self) -> None:
+        """Count an evaluation; after a silence, admit interrupts and send a ``Working`` event."""
+        self._evaluations += 1
+        if self._seeking and time.perf_counter() - self._last_event >= _SILENCE:
             pass_on()
-            self.tell(Working(doing=self.doing, points=self.count, evaluations=self._felt, progress=self.progress))
+            self.tell(
+                Working(doing=self.doing, points=self.count, evaluations=self._evaluations, progress=self.progress)
+            )
 
     @contextmanager
-    def _felt_by(self) -> Iterator[None]:
-        """Evaluations are felt by this run, or by the one that it is part of."""
+    def _counting(self) -> Iterator[None]:
+        """Context in which evaluations of the balance are counted by this run, or by an enclosing one."""
         pulse = self.request.pulse
         if pulse is None or pulse.felt is not None:
             yield
             return
-        pulse.felt = self.feel
+        pulse.felt = self.count_evaluation
         try:
             yield
         finally:
             pulse.felt = None
 
     @contextmanager
-    def kept(self, steps: Sequence[Any] = ()) -> Iterator[None]:
-        """An interrupt, or an exception once there are points or ``steps`` to them, ends it and they are kept."""
+    def keeping_points(self, steps: Sequence[Any] = ()) -> Iterator[None]:
+        """Context in which an interrupt ends the run, and an exception too once there are points or ``steps``."""
         try:
             yield
         except KeyboardInterrupt as stop:
@@ -146,9 +173,9 @@ class Run(ABC, Generic[R]):
             self.error = error
 
     def follow(self, *sinks: EventFunction, guard: Guard = undisturbed) -> Generator[Any, None, tuple[Outcome, str]]:
-        """The points one by one, of which all are told; the generator's value is the outcome and its message.
+        """Yield the points and send their events; the generator's value is the outcome and its message.
 
-        ``guard`` is entered while a point is sought, and left between points: not needed where it surrounds the whole.
+        ``guard`` is a context that is entered for each point and left between points.
         """
         request, self._listeners = self.request, (*self.request.listeners, *sinks)
         request.problem.warn(request.warnings)
@@ -158,7 +185,7 @@ class Run(ABC, Generic[R]):
         points = self.points()
         try:
             self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
-            with self._felt_by():
+            with self._counting():
                 for point in self.until_ended(points, guard):
                     self.count += 1
                     with guard():
@@ -175,10 +202,10 @@ class Run(ABC, Generic[R]):
         return self.outcome, self.closing
 
     def until_ended(self, points: Iterator[Any], guard: Guard = nullcontext) -> Iterator[Any]:
-        """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
-        with self.kept():
+        """Yield points until their end, an interrupt, or an exception once there are points."""
+        with self.keeping_points():
             while True:
-                pass_on()  # points without iterations, such as those of steady sliding, let no interrupt in
+                pass_on()  # points without iterations, such as those of steady sliding, admit no interrupt themselves
                 before, self._seeking = self._seeking, True
                 try:
                     with guard():
@@ -206,7 +233,7 @@ class Run(ABC, Generic[R]):
         )  # fmt: skip
 
     def solutions(self) -> Solutions:
-        """All points in memory."""
+        """Run the analysis and return all points in memory."""
         memory, ended = Memory(self), False
         try:
             with undisturbed():
@@ -215,19 +242,19 @@ class Run(ABC, Generic[R]):
                 ended = True
         except KeyboardInterrupt:
             if not ended:
-                raise  # it came after the last point otherwise: nothing is left to interrupt
+                raise  # an interrupt after the last point has nothing left to stop
         return memory.solutions()
 
 
 class Sink(ABC, Listener):
-    """Where points go. Those that wait are recorded together, which costs less than one by one.
+    """A destination of points. Points wait and are recorded together, which costs less than one at a time.
 
     Attributes
     ----------
     run
-        What finds them.
+        The run that finds the points.
     end
-        How it ended; None while it has not.
+        The last event of the run; None while it goes on.
     """
 
     def __init__(self, run: Run[Any]) -> None:
@@ -236,13 +263,13 @@ class Sink(ABC, Listener):
         self._waiting: list[PointFound] = []
 
     def point_found(self, event: PointFound) -> None:
-        """Take a point; record those that wait, where that is to be done."""
+        """Take a point, and record the waiting ones when they are due."""
         self._waiting.append(event)
         if self.due(self._waiting):
             self._record()
 
     def stopped(self, event: Stopped) -> None:
-        """Record what is left."""
+        """Record the remaining points."""
         self.end = event
         self._record()
 
@@ -252,27 +279,27 @@ class Sink(ABC, Listener):
             self.keep(waiting, self.run.recorder.values([event.point for event in waiting]))
 
     def due(self, waiting: Sequence[PointFound]) -> bool:
-        """Whether the points that wait are to be recorded now: solutions, with the interpolated ones before them."""
+        """Whether to record the waiting points now; by default at each solution, with interpolated ones before it."""
         return waiting[-1].kind != "interpolated"
 
     @abstractmethod
     def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
-        """Keep points, whose values by variable are (n_points, ...)."""
+        """Store points, with the values of each variable (n_points, ...)."""
 
     @abstractmethod
     def values(self) -> Mapping[str, Array]:
-        """Those of all points so far."""
+        """Values of all points so far, by variable."""
 
     def said(self) -> list[str]:
-        """What could not be computed about the points, and what is suspicious in their values."""
+        """Sentences about quantities that could not be computed, and about suspicious values."""
         values = self.values()
         return self.run.recorder.postprocessing.warnings(
-            partial(self.run.request.doubts, values) if len(values["omega"]) else list
+            partial(self.run.request.value_warnings, values) if len(values["omega"]) else list
         )
 
 
 class Memory(Sink):
-    """Keeps the values of all points, for solutions in memory."""
+    """Stores the values of all points, for solutions in memory."""
 
     def __init__(self, run: Run[Any]) -> None:
         super().__init__(run)
@@ -281,28 +308,28 @@ class Memory(Sink):
         if balance.backend.name == "dense":
             entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
         else:
-            entries *= 16  # between the ports of a contact; in the Jacobian and twice in what stands for it too
-        self._most = max(1, _KEPT // entries)
+            entries *= 16  # between the ports of a contact, in the Jacobian and twice in the form that replaces it
+        self._most = max(1, _WAITING_ENTRIES // entries)
         self._slices: list[dict[str, Array]] = []
 
     def due(self, waiting: Sequence[PointFound]) -> bool:
-        """As many at once as memory allows: their derivatives are let go with them."""
+        """Whether as many points wait as memory allows: recording frees their derivatives."""
         return len(waiting) == self._most
 
     def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
-        """Keep the values alone."""
+        """Store the values only."""
         self._slices.append(dict(values))
 
     def values(self) -> Mapping[str, Array]:
-        """Those of all points, one array each."""
+        """Values of all points, one array for each variable."""
         slices = self._slices or [dict(self.run.recorder.values([]))]
-        if len(slices) > 1:  # pieces of a variable are let go once they are joined
+        if len(slices) > 1:  # parts of a variable are freed once they are joined
             slices = [{name: np.concatenate([values.pop(name) for values in slices]) for name in list(slices[0])}]
         self._slices = slices
         return slices[0]
 
     def solutions(self) -> Solutions:
-        """The points, with warnings, which are given to the user too."""
+        """Solutions of all points; their warnings are also issued."""
         assert self.end is not None
         attributes, request = dict(self.end.attributes), self.run.request
         if said := self.said():

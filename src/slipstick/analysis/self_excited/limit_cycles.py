@@ -10,16 +10,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.peaks.system import StateSpace
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged
 from slipstick.analysis.road.events import EventFunction
 from slipstick.analysis.road.request import Checks, Request
-from slipstick.analysis.road.run import Run
-from slipstick.analysis.road.work import NO_WORK, Work, counted
-from slipstick.analysis.self_excited.start import CycleStart
-from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
-from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
-from slipstick.analysis.self_excited.wave_at_rest import WaveAtRest
+from slipstick.analysis.road.run import NO_WORK, Run, Work, counted
+from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, WaveAtRest, damped_as_vibrating
+from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleStart, CycleWatch
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import terms
 from slipstick.balance.parameters import parameter_path
@@ -45,13 +42,14 @@ CYCLE_PART, SLIDING_PART = 1, 2
 """Parts of the branch."""
 
 _SLIDING_POINTS = 61
-_SAME = 1e-9
-"""Values of the parameter that are one, of the range."""
-_TOLD = 1e-6
-"""Of the range, that two Hopf points are apart: each is reported."""
-_GONE = 1e-3
-"""Of the first cycle's motion: what has less vibrates no more."""
-_NONE = "no limit cycle beside the Hopf point is in the range"
+"""Number of values of the parameter at which steady sliding is computed."""
+_SAME_VALUE = 1e-9
+"""Difference of the parameter over the range, up to which two values are the same."""
+_MOVED = 1e-6
+"""Distance over the range between the Hopf points of eigenvalues and balance, above which the message has both."""
+_DECAYED = 1e-3
+"""Size of the vibration over that of the first cycle, at which the branch ends in steady sliding."""
+_NO_CYCLE = "no limit cycle beside the Hopf point is in the range"
 _HYSTERETIC = (
     "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers have viscous "
     "damping, equal to it at {}; the limit cycles have hysteretic damping"
@@ -131,7 +129,7 @@ def limit_cycles(
 def cycles_request(
     problem: Any, parameter: Any, span: Any, requested: Any, options: Any, listeners: Any = ()
 ) -> SelfExcited:
-    """What is asked for, checked; InputError with all faults."""
+    """Request of ``limit_cycles``; its arguments, checked. Raises InputError with all faults."""
     checks = Checks(problem)
     name = checks.name(parameter, "brake.mu")
     ends, points = checks.range(span, requested, name)
@@ -156,7 +154,7 @@ def self_excited(
     problem: Problem, balance: Balance, parameter: str, span: tuple[float, float], requested: tuple[float, ...],
     options: Any,
 ) -> SelfExcited:  # fmt: skip
-    """The request and its warnings: also that hysteretic damping is taken as viscous, equal at a frequency."""
+    """The request and its warnings, also of hysteretic damping that is replaced by viscous damping."""
     values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
     ordered = sorted(values, reverse=span[1] < span[0])
     wave = balance.receptance.waves is not None
@@ -188,7 +186,7 @@ def _option_faults(options: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def autonomous_faults(problem: Problem) -> list[Fault]:
-    """What varies in time by itself, or is not known of self-excited vibration."""
+    """Faults: explicit functions of time, and what cannot be computed of self-excited vibration."""
     return list(_autonomous_faults(problem))
 
 
@@ -223,14 +221,14 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
 
 
 def slides(law: Law) -> bool:
-    """Whether what a law remembers is without effect in steady sliding."""
+    """Whether the memory of a law has no effect in steady sliding."""
     still = np.zeros((len(law.ports), 1, 1))
     values = {name: np.ravel(np.asarray(value, dtype=float))[:1, None] for name, value in law.values.items()}
     return law.memory_in_sliding(still, still, values) is not None
 
 
 def _varied_faults(problem: Problem, parameter: str, span: tuple[float, float] | None) -> list[Fault]:
-    """InputError where the parameter does not take an end of its range; what varies in time there."""
+    """Faults at the ends of the range; raises InputError where the parameter cannot have such a value."""
     parameter_path(problem, parameter)
     ends = [autonomous_faults(problem.at_parameter(parameter, end)) for end in span or ()]
     return max(ends, key=len, default=[])
@@ -238,14 +236,14 @@ def _varied_faults(problem: Problem, parameter: str, span: tuple[float, float] |
 
 @dataclass(frozen=True, kw_only=True)
 class SelfExcited(Request):
-    """Self-excited vibration to be followed over a parameter.
+    """A request to follow self-excited vibration over a parameter.
 
     Attributes
     ----------
     sliding
         Steady sliding of the problem.
     values
-        Of the parameter, at which it is looked at; in their order.
+        Values of the parameter at which it is computed, in their order.
     """
 
     analysis: ClassVar[str] = "cycles"
@@ -264,7 +262,7 @@ class SelfExcited(Request):
         return self.start, self.stop
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """Where a run stood at a point of the branch of limit cycles; steady sliding is computed again."""
+        """Checkpoint at a limit cycle, from its journal; steady sliding is computed again."""
         with undamaged():
             point = Checkpoint.from_plain(plain, size=self.balance.size + 2)
             if point.goes_on and point.restart_point is None:
@@ -272,11 +270,11 @@ class SelfExcited(Request):
             return point
 
     def run(self) -> SelfExcitedRun:
-        """What follows it."""
+        """The run that follows the vibration."""
         return SelfExcitedRun(self)
 
     def recorder(self) -> Recorder:
-        """With stability at every point."""
+        """Recorder with stability at every point."""
         return Recorder(self.balance, parameter=self.parameter, stability=True)
 
 
@@ -286,7 +284,7 @@ class SelfExcitedRun(Run[SelfExcited]):
     Attributes
     ----------
     beginning
-        Value of the parameter at which the cycles begin; nan without.
+        Value of the parameter at which the cycles begin; nan without cycles.
     """
 
     def __init__(self, request: SelfExcited) -> None:
@@ -295,63 +293,63 @@ class SelfExcitedRun(Run[SelfExcited]):
         self._work: Work = NO_WORK
 
     def points(self) -> Generator[Point, None, None]:
-        """Those of limit cycles; however they end, those of steady sliding."""
-        known, hopf = self._slid()
+        """Points of limit cycles, and after any end of those the points of steady sliding."""
+        slidings, hopf = self._sliding_over_range()
         if hopf:
-            self.outcome, self.message, self.beginning = Outcome.NO_FIRST_POINT, _NONE, hopf[0].value
+            self.outcome, self.message, self.beginning = Outcome.NO_FIRST_POINT, _NO_CYCLE, hopf[0].value
             yield from self.until_ended(self._cycles(hopf[0]))
-        self._ended(known, hopf)
-        for sliding in known:
-            yield self._sliding_point(sliding, known, hopf)
+        self._conclude(slidings, hopf)
+        for sliding in slidings:
+            yield self._sliding_point(sliding, slidings, hopf)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """What kind of vibration, and the work."""
+        """Kind of vibration and work."""
         return {"vibration": SELF_EXCITED, **counted(self._work)}
 
-    def _slid(self) -> tuple[list[Sliding], list[Sliding]]:
-        """Steady sliding over the range, and its Hopf points, which are among it."""
+    def _sliding_over_range(self) -> tuple[list[Sliding], list[Sliding]]:
+        """Steady sliding over the range with its Hopf points, and these alone."""
         request = self.request
-        known = []
+        slidings = []
         self.doing = "steady sliding"
         for number, sliding in enumerate(request.sliding.over(request.values), start=1):
-            known.append(sliding)
+            slidings.append(sliding)
             pass_on()
             self.doing = f"steady sliding, value {number} of {len(request.values)}"
-            self.feel()
+            self.count_evaluation()
         self.doing = "looking for Hopf points"
-        hopf = request.sliding.hopf_points(known)
-        near = _SAME * abs(request.stop - request.start)
-        apart = [s for s in known if all(abs(s.value - point.value) > near for point in hopf)]
+        hopf = request.sliding.hopf_points(slidings)
+        near = _SAME_VALUE * abs(request.stop - request.start)
+        apart = [s for s in slidings if all(abs(s.value - point.value) > near for point in hopf)]
         return sorted([*apart, *hopf], key=lambda s: s.value, reverse=request.stop < request.start), hopf
 
-    def _sliding_point(self, sliding: Sliding, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> Point:
-        kind = "start" if sliding is known[0] else "end" if sliding is known[-1] else "regular"
+    def _sliding_point(self, sliding: Sliding, slidings: Sequence[Sliding], hopf: Sequence[Sliding]) -> Point:
+        kind = "start" if sliding is slidings[0] else "end" if sliding is slidings[-1] else "regular"
         kind = HOPF if sliding in hopf else "requested" if sliding.value in self.request.requested else kind
         x, stability = at_rest(self.request.balance, sliding), sliding.stability
-        self._stands(sliding.value, SLIDING_PART)
+        self._set_checkpoint(sliding.value, SLIDING_PART)
         return self._uncorrected(x, sliding.omega, sliding.value, kind=kind, part=SLIDING_PART, stability=stability)
 
     def _uncorrected(self, x: Array, omega: float, value: float, **names: Any) -> Point:
-        """A motion (N,) that was not corrected, with what is left of the balance."""
+        """Point of a motion (N,) without correction, with the residual of the balance."""
         here = self.request.space.at(x, omega, value)
         residual = relative(here.at.residual, terms(self.request.balance, x, here.at))
         return Point.at(here.detail, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
 
-    def _ended(self, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> None:
-        """Put down how it ended."""
+    def _conclude(self, slidings: Sequence[Sliding], hopf: Sequence[Sliding]) -> None:
+        """Set outcome and message."""
         request = self.request
         where = f"over the whole range of {request.parameter}"
-        if not known:
+        if not slidings:
             self.outcome, self.message = Outcome.NO_FIRST_POINT, "no steady sliding was found"
         elif hopf:
             others = ", ".join(f"{s.value:.6g}" for s in hopf[1:])
             more = f"; further Hopf points, not followed from: {others}" if others else ""
             at = f"{self.beginning:.6g} ({request.parameter})"
-            if abs(self.beginning - hopf[0].value) > _TOLD * abs(request.stop - request.start):
+            if abs(self.beginning - hopf[0].value) > _MOVED * abs(request.stop - request.start):
                 at += f", by eigenvalues at {hopf[0].value:.6g}: equations in time leave out part of the compliance"
             self.message = f"{self.message}; Hopf point at {at}{more}"
-        elif any(s.growing for s in known):
+        elif any(s.growing for s in slidings):
             self.outcome = Outcome.NO_FIRST_POINT
             self.message = (
                 f"steady sliding is unstable and there is no Hopf point {where}: begin where it is stable, such as at "
@@ -362,7 +360,7 @@ class SelfExcitedRun(Run[SelfExcited]):
             self.message = f"steady sliding is stable {where}: no vibration begins by itself"
 
     def _cycles(self, hopf: Sliding) -> Iterator[Point]:
-        """From the Hopf point straight up to the first change of state, then along the branch."""
+        """Points from the Hopf point to the first change of contact state, then along the branch."""
         request = self.request
         self.doing = "looking for the first limit cycle"
         request.balance.anchor_if_undamped(hopf.omega)
@@ -371,30 +369,30 @@ class SelfExcitedRun(Run[SelfExcited]):
             self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
             return
         self.beginning = start.value
-        begun = bool(request.checkpoints)
-        if not begun:
-            yield self._rising(start, hopf, 0.0, "start")
+        resumed = bool(request.checkpoints)
+        if not resumed:
+            yield self._at_hopf_point(start, hopf, 0.0, "start")
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
             return
-        if not (start.smooth or begun):
-            yield self._rising(start, hopf, start.largest, STATE_CHANGE)
+        if not (start.smooth or resumed):
+            yield self._at_hopf_point(start, hopf, start.largest, STATE_CHANGE)
         first = start.first()
         if first is not None:
-            yield from self._beyond(start, first)
+            yield from self._beyond_first_change(start, first)
 
-    def _rising(self, start: CycleStart, hopf: Sliding, size: float, kind: str) -> Point:
-        """Of the straight rise at the Hopf point."""
+    def _at_hopf_point(self, start: CycleStart, hopf: Sliding, size: float, kind: str) -> Point:
+        """Point of the vertical part of the branch at the Hopf point."""
         x, stability = start.vibrating(size), hopf.stability
-        self._stands(start.value, CYCLE_PART)
+        self._set_checkpoint(start.value, CYCLE_PART)
         return self._uncorrected(x, start.omega, start.value, kind=kind, part=CYCLE_PART, stability=stability)
 
-    def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
-        """Where contacts change their states, along the branch."""
+    def _beyond_first_change(self, start: CycleStart, first: Step) -> Iterator[Point]:
+        """Points of the branch where contacts change their states."""
         request, system = self.request, start.system
         special = CycleSpecialPoints(CycleWatch(request.balance, damping_at=request.sliding.damping_at), system)
-        least = _GONE * start.size(first.x[:-1])
-        gone = BranchEvent(
+        least = _DECAYED * start.size(first.x[:-1])
+        decayed = BranchEvent(
             name="the vibration dies away in steady sliding", kind="end", terminal=True, direction=-1,
             function=lambda step: start.size(step.x[:-1]) - least,
         )  # fmt: skip
@@ -403,7 +401,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         run = continuation(
             system, first.x, *request.span, at=first.parameter, direction=first.tangent, options=request.options,
             scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
-            events=(gone, *special.events), restart=restart,
+            events=(decayed, *special.events), restart=restart,
         )  # fmt: skip
         if run.resumed_at is not None:
             special.take_up(run.resumed_at, restart[-1].values[-1])
@@ -414,15 +412,15 @@ class SelfExcitedRun(Run[SelfExcited]):
             if accepted and run.restart_point is not None:
                 stood.append(run.restart_point)
             self.progress = min(1.0, abs((step.parameter - request.start) / (request.stop - request.start)))
-            # steady sliding solves the balance at every frequency: what is located there is no cycle
+            # steady sliding solves the balance at every frequency: an event located there is no cycle
             if start.size(step.x[:-1]) > 0.5 * least:
-                self._stands(step.parameter, CYCLE_PART, tuple(stood) if accepted else ())
+                self._set_checkpoint(step.parameter, CYCLE_PART, tuple(stood) if accepted else ())
                 yield self._followed(step, special)
         self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
         self._work = Work(1, run.evaluations, run.solves, run.rejected)
 
-    def _stands(self, value: float, part: int, stood: tuple[RestartPoint, ...] = ()) -> None:
-        """Put down where it stands at a point that comes; it goes on from the points of the continuation alone."""
+    def _set_checkpoint(self, value: float, part: int, stood: tuple[RestartPoint, ...] = ()) -> None:
+        """Set the checkpoint of the next point; a run resumes after points of the continuation only."""
         self.checkpoint = Checkpoint(
             value=value, seconds=self.seconds, part=part, goes_on=bool(stood), own={},
             restart_point=stood[-1] if stood else None, before=stood[0] if len(stood) > 1 else None,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
+from slipstick.analysis.peaks.system import FLAT, Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import terms
@@ -39,33 +39,50 @@ if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
 
 
+_JUMPS = "it sets contacts in motion that are stuck all period, and their mean friction force jumps"
+_BEGINS = "contacts at rest without tangential stiffness have no mean friction force yet"
+_OPENS = "contacts that just touch, and do not move across, open on one side of its value and close on the other"
+
+_TOUCHING = 1e-12
+"""Distance over the gap within which the sides of a contact touch."""
+
+_EQUAL_SLOPES = 1e-6
+"""Relative difference up to which two slopes are equal."""
+_ROUNDING = 1e-12
+"""Slope over amplitude per size of the parameter, up to which it is rounding."""
+_SOLVED = 1e-10
+"""Residual over its terms, above which a point is corrected first."""
+_CORRECTIONS = 4
+"""Largest number of corrections."""
+
+
 class Functional(NamedTuple):
-    """``h . U`` and weighted powers: what is differentiated at a point."""
+    """A differentiated quantity of a point: ``h . U`` and weighted powers."""
 
     h: Array
-    """Numbers on the motion of the outputs, (n_outputs, L): on that of the last."""
+    """Weights of the motion of the outputs, (n_outputs, L); not zero for the last output only."""
     powers: tuple[tuple[Powered, Array], ...]
-    """Powers of batches at fixed contact states with their weights (n,), which hold what the states add."""
+    """Powers of batches at fixed contact states with weights (n,) that include the effect of the states."""
     gradient: Array
-    """Over the unknowns, (N,)."""
+    """Gradient by the unknowns, (N,)."""
 
 
 class Sensitivities:
-    """Derivatives along a branch: here of vibration at a given frequency.
+    """Derivatives along a branch of vibration at a given frequency; subclasses are for other branches.
 
     Parameters
     ----------
     branch
-        With its problem.
+        The branch, with its problem.
     parameters
-        Their names.
+        Names of the parameters.
     dof
-        The output looked at.
+        Name of the output.
 
     Attributes
     ----------
     found
-        What is found with the motion where nothing prescribes it: variables of the results.
+        Variables of the results that are unknowns besides the motion.
     """
 
     found: tuple[str, ...] = ()
@@ -83,13 +100,13 @@ class Sensitivities:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Make the equations."""
+        """Make balance and outputs."""
         self.balance = Balance(self._problem)
         self.balance.anchor_if_undamped(float(self._table["omega"].to_numpy()[0]))
         self.outputs = Outputs(self.balance, (self.dof,))
 
     def at(self, point: int) -> PointDerivatives:
-        """At one point."""
+        """Derivatives at one point."""
         here = self._linearized(point)
         if here is None:
             unknown = np.full(len(self.parameters), np.nan)
@@ -107,7 +124,7 @@ class Sensitivities:
         either = rows[[0, *range(len(parts), len(parts) + len(ties))]]
         above, below = either.max(axis=0), either.min(axis=0)
         least = _ROUNDING * Extreme.largest(self.balance.harmonics, here.motion()[-1]).value / self._sizes
-        corner = above - below > np.maximum(_ONE_SLOPE * np.maximum(np.abs(above), np.abs(below)), least)
+        corner = above - below > np.maximum(_EQUAL_SLOPES * np.maximum(np.abs(above), np.abs(below)), least)
         amplitude, followed = (np.where(corner, np.nan, row) for row in (rows[0], rows[-1]))
         return PointDerivatives(
             amplitude, rows[1], rows[2], states=rows[3 : len(parts)], followed=followed,
@@ -116,7 +133,7 @@ class Sensitivities:
         )  # fmt: skip
 
     def motion_at(self, point: int) -> Array:
-        """Of all coefficients of the output at one point, (n_parameters, L)."""
+        """Derivatives of all coefficients of the output at one point, (n_parameters, L)."""
         here = self._linearized(point)
         if here is None or not self.parameters:
             return np.full((len(self.parameters), self.balance.L), np.nan)
@@ -246,24 +263,8 @@ class Sensitivities:
         return Directions(problem.inputs, [direction_of(problem, name) for name in self.parameters])
 
 
-_JUMPS = "it sets contacts in motion that are stuck all period, and their mean friction force jumps"
-_BEGINS = "contacts at rest without tangential stiffness have no mean friction force yet"
-_OPENS = "contacts that just touch, and do not move across, open on one side of its value and close on the other"
-
-_TOUCHING = 1e-12
-"""Distance over the gap within which the sides of a contact touch."""
-
-_ONE_SLOPE = 1e-6
-"""Relative difference of slopes that are one."""
-_ROUNDING = 1e-12
-"""Of an amplitude over the size of a parameter: slopes below are rounding."""
-_SOLVED = 1e-10
-"""Residual over its terms above which a point is corrected first."""
-_CORRECTIONS = 4
-
-
 class Directions:
-    """Directions in the ``inputs`` of a problem, one for each of K parameters: most move a few numbers of all."""
+    """Directions in the ``inputs`` of a problem, one for each of K parameters, as a sparse matrix."""
 
     def __init__(self, inputs: Inputs, directions: Sequence[Inputs]) -> None:
         from scipy.sparse import csr_array, vstack
@@ -297,7 +298,7 @@ class Directions:
         return rates
 
     def undecided(self, here: Linearization, solutions: Callable[[], Array]) -> Mapping[str, NDArray[np.bool_]]:
-        """Along which (K,) the solution has a corner or jumps, by the reason; ``solutions`` are its slopes (K, N)."""
+        """Directions (K,) along which the solution has a corner or jumps, by reason; ``solutions``: slopes (K, N)."""
         jumps, begins, opens = (np.zeros(len(self.moves), dtype=bool) for _ in range(3))
         for k, (batch, response) in enumerate(zip(here.balance.batches, here.detail.responses, strict=True)):
             loose = batch.law.undecided(response)
@@ -309,16 +310,18 @@ class Directions:
                 begins |= [bool(np.any(loose & (along.values["kt"] != 0.0))) for along in inputs]
             touching = _touching(here, k)
             if np.any(touching):
-                opens |= self._parted(here, k, touching, solutions())
+                opens |= self._distance_changes(here, k, touching, solutions())
         return {_JUMPS: jumps, _BEGINS: begins, _OPENS: opens}
 
-    def _parted(self, here: Linearization, k: int, touching: NDArray[np.bool_], slopes: Array) -> NDArray[np.bool_]:
-        """Which (K,) bring the sides of contacts (n,) of a batch nearer to each other, or away."""
+    def _distance_changes(
+        self, here: Linearization, k: int, touching: NDArray[np.bool_], slopes: Array
+    ) -> NDArray[np.bool_]:
+        """Directions (K,) along which the normal distance of touching contacts (n,) of a batch changes."""
         batch, balance = here.balance.batches[k], here.balance
         i = batch.law.ports.index(batch.law.surface_ports["normal"])
         moved = [direction.inputs.batches[k] for direction in self.moves if direction.inputs is not None]
-        parted = np.array([along.values["gap"] - along.motion[i][:, 0] for along in moved])
-        own = np.array([np.abs(along.motion[i]).max(axis=1) for along in moved]) + np.abs(parted)
+        distances = np.array([along.values["gap"] - along.motion[i][:, 0] for along in moved])
+        own = np.array([np.abs(along.motion[i]).max(axis=1) for along in moved]) + np.abs(distances)
         port = batch.ports[i]
         if port.size:
             dX = slopes.reshape(-1, balance.n_ports, balance.L)
@@ -327,7 +330,7 @@ class Directions:
 
 
 def _touching(here: Linearization, k: int) -> NDArray[np.bool_]:
-    """Which (n,) of a batch are neither open nor closed: at rest across, at a distance of zero."""
+    """Contacts (n,) of a batch that are neither open nor closed: without normal motion at zero distance."""
     batch, values = here.balance.batches[k], here.detail.responses[k].values
     across = batch.law.surface_ports.get("normal")
     if across is None or "gap" not in values:
@@ -339,7 +342,7 @@ def _touching(here: Linearization, k: int) -> NDArray[np.bool_]:
 
 
 def _flat(inputs: Inputs) -> Array:
-    """All numbers of contacts and loads in one row."""
+    """All inputs of contacts and loads in one row."""
     arrays = [inputs.P]
     for batch in inputs.batches:
         arrays += [*batch.values.values(), *(getattr(batch, name) for name in SURFACE)]

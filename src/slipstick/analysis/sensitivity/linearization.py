@@ -1,8 +1,8 @@
-"""The balance linearised at a state: how residual, motion, power and contact states answer to everything.
+"""The balance linearised at a state: derivatives of residual, motion, power and contact states.
 
 ``R(X, w, s) = 0`` is the balance and ``U(X, w, s)`` the motion of the outputs. Changes are propagated forwards
-(``change``), and numbers on residual and motion backwards: to the unknowns (``pull``), which is the gradient of any
-linear functional of both, and to the forces (``columns_pulled``), where parameters of contacts and loads act.
+(``change``), weights of residual and motion backwards: to the unknowns (``pull``), which is the gradient of any linear
+functional of both, and to the forces (``columns_pulled``), on which parameters of contacts and loads act.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ Moved = Collection[tuple[int, str]]
 
 
 class Move(NamedTuple):
-    """A change of everything the balance depends on besides the motion."""
+    """A change of all arguments of the balance other than the motion."""
 
     omega: float = 0.0
     inputs: Inputs | None = None
-    """Parameters of contacts, loads and structure, as the problem has them where contact states move them."""
+    """Changes of contacts, loads and structure, without those that contact states cause."""
 
 
 NOTHING = Move()
@@ -44,7 +44,7 @@ class Linearization:
     Parameters
     ----------
     outputs
-        Whose motion is asked for.
+        Outputs of the balance.
     near
         Contact states (n_states,) near which these are sought; None: from their start.
     """
@@ -57,13 +57,13 @@ class Linearization:
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
         self._G = self.at.G
-        if balance.springs is not None:  # those of the balance are less the forces of its springs
+        if balance.springs is not None:  # forces of the balance without its springs
             self._G = balance.layout.excitation(self.detail.forces, inputs.P)
             balance.subtract_support(x, self._G)
 
     @property
     def lost(self) -> bool:
-        """Whether some contact state has no equilibrium near the one it was sought from."""
+        """Whether a contact state has no equilibrium near its first value."""
         return self.detail.lost
 
     def motion(self) -> Array:
@@ -87,7 +87,7 @@ class Linearization:
         return dR, dU
 
     def solutions(self, directions: Sequence[Move]) -> tuple[Array, Array]:
-        """How the solution moves along directions: unknowns (n, N) and outputs (n, n_outputs, L)."""
+        """Derivatives of the solution along directions: unknowns (n, N) and outputs (n, n_outputs, L)."""
         still = np.zeros(self.balance.size)
         if not directions:
             return np.zeros((0, still.size)), np.zeros((0, len(self.outputs), self.balance.L))
@@ -97,13 +97,13 @@ class Linearization:
         return dX, np.array(U)
 
     def pushed(self, direction: Move) -> ComplexArray:
-        """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, states included."""
+        """Change of forces minus loads on all columns (n_columns, n + 1) at fixed motion, states included."""
         forces, dpowers, dP = self._sources(direction)
         add_force_changes(self.detail.states, dpowers, forces)
         return self.balance.layout.excitation(forces, dP)
 
     def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], list[Array], Array]:
-        """Changes at fixed motion: of forces and powers at fixed states too, and of the loads."""
+        """Changes at fixed motion and states: of forces, powers and loads."""
         here, inputs = self.detail, self._at_states(direction.inputs)
         forces: list[dict[int, Array]] = [{} for _ in self.balance.batches]
         if direction.omega:
@@ -127,7 +127,7 @@ class Linearization:
         return self.outputs.assembled(dx, -rates)
 
     def structural_change(self, structure: Mapping[str, float]) -> tuple[Array, Array]:
-        """Change of residual and outputs along parameters of the structure, which act on no force."""
+        """Change of residual and outputs along parameters of the structure, at fixed forces."""
         b, along = self.balance, self._to_far(structure)
         dR = b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G)
         far = None if along is None else -along.rate(self._G)
@@ -149,17 +149,17 @@ class Linearization:
         return gradient
 
     def columns_pulled(self, h: Array, z: Array) -> ComplexArray:
-        """Numbers (n_columns, n + 1) on the forces less the loads that ``h . U + z . R`` amounts to."""
+        """Weights (n_columns, n + 1) of forces minus loads that give ``h . U + z . R``."""
         pulled = self.at.compliance.transposed(_pairs(z.reshape(-1, self.balance.L)))
         if self._far is not None:
             pulled -= self._far.transposed(_pairs(self.outputs.transposed(h)[1]))
         return pulled
 
     def inputs_pulled(self, psi: ComplexArray, powers: Iterable[tuple[Powered, Array]], moved: Moved) -> Inputs:
-        """Gradient over the inputs of numbers ``psi`` (n_columns, n + 1) on the forces less the loads, states included.
+        """Gradient by the inputs of forces minus loads with weights ``psi`` (n_columns, n + 1), states included.
 
-        ``powers`` are those of batches at fixed states with weights (n,), whose sum is added. All at fixed motion, and
-        zero for arrays that are not ``moved``.
+        Weighted ``powers`` of batches at fixed states are added. The motion is fixed; arrays that are not ``moved``
+        have zero gradient.
         """
         b, omega = self.balance, self.omega
         by_port = b.layout.spread(b.layout.real(psi[: b.n_ports]))
@@ -191,7 +191,7 @@ class Linearization:
         return at_states(self.detail.states, gradient)
 
     def _on_state(self, state: Carried, by_port: Sequence[Mapping[int, Array]]) -> Array:
-        """Numbers on the forces at the ports of each batch as numbers (n,) on the values of a state."""
+        """Weights (n,) of the values of a state, from weights of the forces at the ports of each batch."""
         on_state = np.zeros(self.balance.batches[state.batch].count)
         for i, force in state.force_by_value.items():
             if i in by_port[state.batch]:
@@ -199,7 +199,7 @@ class Linearization:
         return on_state
 
     def forces_pulled(self, psi: ComplexArray) -> Array:
-        """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, contact states included."""
+        """``(dF/dX)^T psi`` (N,) of weights (n_ports, n + 1) of the forces at the ports, contact states included."""
         b = self.balance
         by_batch, out = b.layout.spread(b.layout.real(psi)), np.zeros((b.n_ports, b.L))
         for batch, response, by_port in zip(b.batches, self.detail.responses, by_batch, strict=True):
@@ -213,7 +213,7 @@ class Linearization:
         return pulled
 
     def _to_far(self, along: Mapping[str, float] | None = None) -> Compliance | None:
-        """Receptances to outputs that are no port, with their derivative by omega, or along structural parameters."""
+        """Receptances to outputs that are not ports, with derivatives by omega, or along structural parameters."""
         if self.outputs.receptance is None:
             return None
         receptance = self.outputs.receptance.adjusted(self.inputs.structure)

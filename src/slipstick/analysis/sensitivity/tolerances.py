@@ -19,23 +19,23 @@ if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
 
 DEFAULT = 0.1
-"""Share of its value that a parameter varies by where nothing else is said."""
+"""Default tolerance of a parameter, as a share of its value."""
 
 
 class Band(NamedTuple):
-    """Amplitudes (point,) with all tolerances at their worst together."""
+    """Smallest and largest amplitudes (point,) with all tolerances at their worst."""
 
     low: Array
     high: Array
 
 
 class Bar(NamedTuple):
-    """What the tolerance of one parameter does to the amplitude at a point."""
+    """Effect of the tolerance of one parameter on the amplitude at a point."""
 
     name: str
     share: float
     change: float
-    """Of the amplitude, for ``+ share`` of its value."""
+    """Change of the amplitude for ``+ share`` of the value."""
 
 
 def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
@@ -44,7 +44,7 @@ def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
     Raises
     ------
     InputError
-        For what is no share, an unknown name, and a parameter that is 0, of which there is no share.
+        For a value that is no share, an unknown name, and a parameter that is 0.
     """
     if not isinstance(tolerances, Mapping) or not tolerances:
         raise wrong("tolerances", tolerances, 'shares by name of parameter such as {"damper.mu": 0.2}')
@@ -65,7 +65,7 @@ def checked_tolerances(problem: Problem, tolerances: Any) -> dict[str, float]:
 
 
 def amplitude_band(branch: Solutions, dof: str, tolerances: Any) -> Band:
-    """``a -+ sum |da/ds| share |s|`` at every point, not below 0; of the steeper side where there are two."""
+    """``a -+ sum |da/ds| share |s|`` at every point, not below 0; of the steeper side at a corner."""
     shares = _shares(branch, tolerances)
     rates = _sensitivity(branch, shares, dof)
     size = np.abs(rates["value"].to_numpy()) * np.array(list(shares.values()))
@@ -76,7 +76,7 @@ def amplitude_band(branch: Solutions, dof: str, tolerances: Any) -> Band:
 
 
 def ranked_bars(branch: Solutions, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
-    """What each tolerance does at a point, the largest first; without any, a tenth of everything that is not 0."""
+    """Effects of tolerances at a point, the largest first; by default of ``DEFAULT`` for all nonzero parameters."""
     problem = branch.problem_at(point)
     if tolerances is None:
         tolerances = {name: DEFAULT for name in parameter_names(problem) if problem.parameter(name) != 0.0}
@@ -94,7 +94,7 @@ def _shares(branch: Solutions, tolerances: Any) -> dict[str, float]:
 
 
 def _sensitivity(branch: Solutions, shares: Mapping[str, float], dof: str) -> xarray.Dataset:
-    """Derivatives by the parameters with tolerances, loaded where there are any: most reports have none."""
+    """Derivatives by the parameters with tolerances; imported here because most reports have no tolerances."""
     from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
     return sensitivity_of(branch, list(shares), dof, together=False)

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import CurveRequest, StartingPoint, frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
+from slipstick.analysis.curve.slip_corners import StartingPoint
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.contact.rubbing import SECOND, SWEPT

@@ -17,8 +17,7 @@ import numpy as np
 
 from slipstick.analysis.augmented import Bordered
 from slipstick.analysis.peaks.continuation import LEVEL, bracketed_peak
-from slipstick.analysis.peaks.gradient import StateSpace
-from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.analysis.peaks.system import PeakSystem, StateSpace
 from slipstick.analysis.peaks.tracking import highest_peak
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.balance import Balance
@@ -33,7 +32,7 @@ from slipstick.state.wear import GAP, STIFFNESS, WornContacts
 from slipstick.typing import Array
 
 _NEWTON = NewtonOptions(max_iterations=12, min_damping=0.25, non_monotone=2, patience=3, stagnation=1e-11)
-"""Given up early: a shorter step costs less than a long search."""
+"""Options of Newton's method, which gives up early: a shorter step costs less than many iterations."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,14 +42,14 @@ class WornMotion:
     Attributes
     ----------
     z, rate
-        Worn depths of all contacts that have them (n,), and their rates, length per cycle.
+        Worn depths (n,) of all wearing contacts, and their rates, length per cycle.
     y, near
-        Unknowns: of the balance (N,), at a peak with the frequency (N + 1,); and what they were solved with: the time
-        of the extreme that peaks (nan: the largest), then contact states (n_states,).
+        Unknowns: of the balance (N,), at a peak with the frequency (N + 1,); and their context: time of the extreme
+        (nan: the largest one), then contact states (n_states,).
     evaluation
-        At the solution.
+        Evaluation at the solution.
     smooth
-        Whether it answers smoothly to wear: a peak may sit on a change of state.
+        Whether the motion depends smoothly on wear; a peak may lie on a change of contact state.
     """
 
     z: Array
@@ -64,13 +63,13 @@ class WornMotion:
 
     @property
     def detail(self) -> Detail:
-        """What the solution keeps of its evaluation."""
+        """Detail of the evaluation."""
         detail: Detail = self.evaluation.detail
         return detail
 
 
 class _Worn(NamedTuple):
-    """A contact state that wears: its number among all states, its values among all values of states, and among z."""
+    """A wearing contact state: its number, and the slices of its values among those of all states and in z."""
 
     number: int
     state: WornContacts
@@ -79,14 +78,14 @@ class _Worn(NamedTuple):
 
 
 class SteadyWear(ABC):
-    """Steady motion over worn depths. A subclass says which motion is meant.
+    """Steady motion over worn depths. A subclass defines which motion.
 
     Attributes
     ----------
     size
-        How many worn depths there are, n.
+        Number n of worn depths.
     kappa
-        Gap opened per dissipated energy, (n,).
+        Wear depth per dissipated energy, (n,).
     """
 
     def __init__(self, balance: Balance, omega: float, dof: str) -> None:
@@ -106,15 +105,15 @@ class SteadyWear(ABC):
         self.kappa: Array = np.concatenate([worn.state.kappa for worn in self._worn])
         self._scale = scales(balance, self.inputs, omega).displacement
 
-    # what is sought
+    # equations of the motion
 
     @abstractmethod
     def guess(self) -> Array | None:
-        """Unknowns of the unworn motion."""
+        """Guess for the unknowns of the unworn motion."""
 
     @abstractmethod
     def omega(self, y: Array) -> float:
-        """Its frequency, rad/time."""
+        """Frequency of the motion, rad/time."""
 
     @abstractmethod
     def evaluate(self, y: Array, near: Array) -> Evaluation:
@@ -133,19 +132,19 @@ class SteadyWear(ABC):
     # solutions
 
     def first(self) -> WornMotion | None:
-        """The unworn motion; None where there is none."""
+        """The unworn motion; None where none is found."""
         y = self.guess()
         if y is None:
             return None
         start = [state.start for state in self.balance.states]
         near = np.concatenate([[np.nan], *start])
-        if any(not state.slow for state in self.balance.states):  # from cold, then next to what was found
+        if any(not state.slow for state in self.balance.states):  # from their start, then near their equilibrium
             here = Linearization(self.outputs, self.x(y), self.omega(y), self.inputs)
             near[1:] = np.nan if here.detail.carried is None else here.detail.carried
         return self.solve(np.zeros(self.size), y, near)
 
     def solve(self, z: Array, y: Array, near: Array) -> WornMotion | None:
-        """The motion at worn depths next to unknowns, solved with what is near; None where there is none."""
+        """The motion at worn depths, from unknowns ``y`` with context ``near``; None where none is found."""
         near = self._with_depths(near, z)
         scale = np.full(y.size, max(norm(self.x(y)), 1e-6 * self._scale))
         scale[self.balance.size :] = y[self.balance.size :]
@@ -155,7 +154,7 @@ class SteadyWear(ABC):
         return self.made(z, result.x, near, result.evaluation, result.iterations)
 
     def at(self, z: Array, y: Array, near: Array, iterations: int) -> WornMotion | None:
-        """A motion that is known to be one, evaluated again."""
+        """A known motion, evaluated again."""
         return self.made(z, y, near, self.evaluate(y, near), iterations)
 
     def made(
@@ -172,7 +171,7 @@ class SteadyWear(ABC):
         )  # fmt: skip
 
     def onward(self, motion: WornMotion) -> Array:
-        """What the next motions are solved with: the states there; of a peak, the time of its extreme."""
+        """Context of the next motions: contact states; of a peak, also the time of its extreme."""
         near = motion.near.copy()
         carried = motion.detail.carried
         if carried is not None:
@@ -188,7 +187,7 @@ class SteadyWear(ABC):
     # rates and loads
 
     def _rate(self, detail: Detail) -> Array:
-        """``f`` (n,): of a period, which is one cycle."""
+        """Wear rates ``f`` (n,) per cycle, which is one period."""
         period = 2.0 * np.pi / detail.omega
         return np.concatenate([period * detail.states[worn.number].rate.value for worn in self._worn])
 
@@ -197,7 +196,7 @@ class SteadyWear(ABC):
         return np.concatenate([mean_load(self.balance, detail, worn.state.batch) for worn in self._worn])
 
     def stiffness(self, detail: Detail) -> Array:
-        """Load lost per worn depth, kn (n,)."""
+        """Loss of load per worn depth, kn (n,)."""
         return np.concatenate([detail.responses[worn.state.batch].values[STIFFNESS] for worn in self._worn])
 
     # derivatives
@@ -208,7 +207,7 @@ class SteadyWear(ABC):
         return self.slopes_by(motion, [along])[:, 0]
 
     def slopes(self, motion: WornMotion) -> Array:
-        """``df/dz`` (n, n), the motion with it."""
+        """``df/dz`` (n, n), with the change of motion."""
         worn = np.flatnonzero(self.kappa > 0.0)
         out = np.zeros((self.size, self.size))
         Y = self.slopes_by(motion, [self._opened(np.eye(self.size)[i]) for i in worn])
@@ -260,21 +259,21 @@ class AtFrequency(SteadyWear):
         self._system, self._report = FrequencySystem(balance, self.inputs), report
 
     def guess(self) -> Array | None:
-        """By the ladder of every first point."""
+        """Guess by the strategies of ``FirstPoint``."""
         report = self._report
         return FirstPoint(self.balance, self.inputs, self._omega, report=report, searching=report).find()
 
     def omega(self, y: Array) -> float:
-        """The one given."""
+        """The given frequency."""
         return self._omega
 
     def evaluate(self, y: Array, near: Array) -> Evaluation:
-        """The balance."""
+        """Residual and Jacobian of the balance."""
         return self._system.evaluate(y, self._omega, near[1:])
 
 
 class AtPeak(SteadyWear):
-    """The peak of the response at one output, wherever it moves to."""
+    """The peak of the response at one output, which moves with wear."""
 
     def __init__(self, balance: Balance, omega: tuple[float, float], dof: str) -> None:
         super().__init__(balance, omega[0], dof)
@@ -291,11 +290,11 @@ class AtPeak(SteadyWear):
         return float(y[-1])
 
     def evaluate(self, y: Array, near: Array) -> Evaluation:
-        """The balance, and the slope of the amplitude."""
+        """The balance and the slope of the amplitude."""
         return self._peaks.evaluate(y, 0.0, near)
 
     def solve(self, z: Array, y: Array, near: Array) -> WornMotion | None:
-        """Newton's method on the smooth peak of the extreme that is followed; else a corner, by bracketing."""
+        """The smooth peak of the followed extreme by Newton's method, else a corner by bracketing."""
         motion = super().solve(z, y, near)
         if motion is not None and motion.detail.ahead <= LEVEL and motion.detail.bend < 0.0:  # type: ignore[attr-defined]
             return motion
@@ -307,13 +306,13 @@ class AtPeak(SteadyWear):
         return self.made(z, found.y, near, self.evaluate(found.y, near), found.iterations, smooth=False)
 
     def onward(self, motion: WornMotion) -> Array:
-        """With the time of the extreme."""
+        """Context with the time of the extreme."""
         near = super().onward(motion)
         near[0] = np.nan if motion.evaluation.context is None else motion.evaluation.context[0]
         return near
 
     def slopes_by(self, motion: WornMotion, directions: list[Move]) -> Array:
-        """With the frequency in the last row; it is held where the peak sits on a change of state."""
+        """Derivatives with the frequency in the last row, which is 0 where the peak lies on a change of state."""
         if motion.smooth:
             if self._latest is None or self._latest[0] is not motion:
                 self._latest = motion, self._peaks.state(motion.y, 0.0, motion.near)

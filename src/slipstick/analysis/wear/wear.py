@@ -1,4 +1,4 @@
-"""Wear over cycles of vibration: a steady motion at every worn depth, and long steps between."""
+"""Wear over cycles of vibration: steady motion at worn depths, integrated in long steps of many cycles."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from slipstick.state.wear import WearModel, WornContacts, by_contact
 from slipstick.typing import AnyArray, Array, Frequency, FrequencyRange, Real, Reals
 
 PEAK = "peak"
-"""What stands for a frequency where wear goes on at the peak of the response."""
+"""Value of ``omega`` for wear at the peak of the response."""
 
 FIXED = {"euler": EULER, "midpoint": MIDPOINT, "rk4": RK4}
 METHODS = ("auto", "explicit", "implicit", *FIXED)
@@ -155,7 +155,7 @@ def wear_request(
     max_change: Any = 0.05,
     listeners: Any = (),
 ) -> WearRequest:
-    """What ``wear`` computes; its arguments, checked.
+    """Request of ``wear``; its arguments, checked.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def _requested(requested: Any, ends: tuple[float, float] | None) -> tuple[float,
 
 
 def depths(depth: Any, names: Sequence[str]) -> Array:
-    """Depths (n,) at which contacts are worn out; raises InputError where they are none."""
+    """Depths (n,) at which contacts are worn out; raises InputError for other values."""
     expected = "a depth > 0, for all or by the names of contacts"
     given = depth if isinstance(depth, Mapping) else number("depth", depth, expected)
     values = {name: numbers(("depth", name), value, expected) for name, value in given.items()} if isinstance(
@@ -244,7 +244,7 @@ def depths(depth: Any, names: Sequence[str]) -> Array:
 
 
 _MOST_STEPS = 100_000
-"""Equal steps: each is a steady motion and more."""
+"""Largest number of equal steps; each costs one steady motion or more."""
 
 
 def _method(method: Any, steps: Any) -> str:
@@ -268,7 +268,7 @@ def _between(name: str, value: Any, low: float, high: float) -> float:
 
 
 def wear_warnings(problem: Problem) -> list[str]:
-    """Contacts that wear, whose normal stiffness is not known, one sentence each."""
+    """Sentences about wearing contacts without a known normal stiffness."""
     wearing = {
         name
         for state in problem.contact_states
@@ -286,7 +286,7 @@ def wear_warnings(problem: Problem) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class WearRequest(Request):
-    """Wear to be followed over cycles.
+    """A request to follow wear over cycles.
 
     Attributes
     ----------
@@ -306,12 +306,12 @@ class WearRequest(Request):
     max_change: float
 
     def checkpoint(self, plain: Mapping[str, Any]) -> Checkpoint:
-        """Where wear stood at a point, exactly: everything that the steps after it depend on.
+        """Checkpoint with everything on which further steps depend, from its journal.
 
         Its ``own`` are depths ``z`` and motion ``y`` with what it was found ``near``, the ``length`` of the step that
         comes and whether it is ``implicit``, the ``reference`` of loads, ``smooth``, ``iterations`` and ``work``.
         """
-        with undamaged():  # those of before call what is followed cycles
+        with undamaged():  # older journals name the followed value "cycles"
             point = Checkpoint.from_plain(plain, "cycles" if "cycles" in plain else "value")
             z, y, near = (np.asarray(plain[name], dtype=float) for name in ("z", "y", "near"))
             if any(array.ndim != 1 for array in (z, y, near)) or not np.all(np.isfinite(y)):
@@ -325,11 +325,11 @@ class WearRequest(Request):
             return replace(point, own=own)
 
     def run(self) -> WearRun:
-        """What follows it."""
+        """The run that follows wear."""
         return WearRun(self)
 
     def recorder(self) -> WearRecorder:
-        """With what wear has besides."""
+        """Recorder with the variables of wear."""
         return WearRecorder(self.balance)
 
 
@@ -341,11 +341,11 @@ WEAR_VARIABLES: Mapping[str, Declared] = {
 
 
 class WearRecorder(Recorder):
-    """Points with cycles and loads."""
+    """Recorder of points with cycles and loads."""
 
     @cached_property
     def layout(self) -> Layout:
-        """That of a branch, and more."""
+        """Layout of a branch with the variables of wear."""
         layout, units = super().layout, self.balance.problem.units
         more = {name: d._replace(units=units.label(d.units)) for name, d in WEAR_VARIABLES.items()}
         return replace(layout, variables={**layout.variables, **more})
@@ -360,30 +360,32 @@ class WearRecorder(Recorder):
 
 
 class _Ahead(NamedTuple):
-    """What the next step is taken with: its length, whether by the implicit method."""
+    """State of the step control for the next step: length, method and history."""
 
     length: float
     implicit: bool
 
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
+"""Safety factor, and smallest and largest ratio of successive step lengths."""
 _LOST_FACTOR = 0.25
-"""Of a step's length, where a motion on the way was not found."""
+"""Factor on the length of a step in which no motion was found."""
 _SHORTEST = 1e-7
-"""Of the range: a step that finds no motion beyond is at the end of the solution."""
+"""Length over the range, below which a step without a motion is the end of the solution."""
 _TOUCHING = 1e-4
-"""Of the largest load: less is no contact."""
+"""Load over the largest load, below which contact is lost."""
 _STIFF, _MILD = 3.0, 1.0
 """Step times spectral radius above which explicit steps are bounded by stability, and below which they are cheap."""
-_LEAP, _SMALL = 4.0, 0.02
-"""A motion that moves more than so many times what its derivative says, and than this part of itself, has leapt."""
+_JUMP, _LEAST_JUMP = 4.0, 0.02
+"""Change of the motion over its prediction by the derivative, and over the motion, above which it is another motion."""
 _SAME = 1e-9
-_LOCATED = 1e-12
-_TRIALS = 60
+"""Relative margin for rounding of that load."""
+_LOCATED, _TRIALS = 1e-12, 60
+"""Width over the length of the step at which an end of wear is located, and largest number of trials."""
 
 
 class WearRun(Run[WearRequest]):
-    """Wear under way."""
+    """Run that follows wear."""
 
     def __init__(self, request: WearRequest) -> None:
         super().__init__(request)
@@ -406,13 +408,13 @@ class WearRun(Run[WearRequest]):
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """Whose peak, where that is followed, and the work."""
+        """Output whose peak is followed, if any, and work."""
         steps, motions, rejected = self._work
         more = {"peak_of": self.request.dof} if self.request.dof else {}
         return {**more, "wear_steps": steps, "motions": motions, "rejected_steps": rejected}
 
     def points(self) -> Generator[Point, None, None]:
-        """From the first cycle on."""
+        """Points from the first cycle."""
         request = self.request
         if request.checkpoints:
             n, own = request.checkpoints[-1].value, request.checkpoints[-1].own
@@ -468,15 +470,15 @@ class WearRun(Run[WearRequest]):
             parameter=n, peak_of=self.request.dof,
         )  # fmt: skip
 
-    # what ends it
+    # ends of wear
 
     def _load_share(self, here: WornMotion) -> float:
-        """Of the largest load at first, that of the contact that carries most now."""
+        """Largest load of the contacts now, over that at the first cycle."""
         wearing = self.steady.kappa > 0.0
         return float(np.nanmax(np.abs(self.steady.loads(here.detail)[wearing]))) / (self._reference or 1.0)
 
     def _left(self, here: WornMotion) -> float:
-        """How far the contact that is nearest to it is from being worn out, over its depth; negative beyond."""
+        """Smallest remaining depth of a contact over the depth at which it is worn out; negative beyond."""
         limits = self._limits
         return float(np.min(1.0 - here.z / limits))
 
@@ -496,7 +498,7 @@ class WearRun(Run[WearRequest]):
         return _Ahead(length, request.method == "implicit")
 
     def _step(self, n: float, here: WornMotion, ahead: _Ahead) -> tuple[float, WornMotion, str, _Ahead] | None:
-        """The next point with its kind, and what follows it; None where no motion is found however short the step."""
+        """The next point, its kind and the state after it; None where even the shortest step finds no motion."""
         request = self.request
         drift = self.steady.drift(here)
         slopes = None
@@ -532,24 +534,24 @@ class WearRun(Run[WearRequest]):
             self._count(steps=1)
             if request.method not in FIXED:
                 grown = h * (min(factor, 1.0) if refused else factor)
-                # a step cut short by a requested point says little of the next
+                # a step shortened for a requested point does not determine the next length
                 length = max(grown, ahead.length) if kind != "regular" and not refused else grown
                 length = min(length, self._longest(here, there, h))
             return target, there, kind, _Ahead(length, implicit)
 
     def _next_stop(self, n: float, length: float) -> tuple[float, str]:
-        """Where a step of a length ends: at a requested point or the last cycle, if it comes near."""
+        """End of a step of a length: a requested point or the last cycle, if either is close."""
         request = self.request
         stops = sorted({*(value for value in request.requested if value > n), request.stop})
         stop = stops[0]
         if n + length < stop - 1e-9 * self._span:
-            if request.method not in FIXED and n + 2.0 * length > stop:  # no tiny step is left over
+            if request.method not in FIXED and n + 2.0 * length > stop:  # no tiny step remains
                 return n + 0.5 * (stop - n), "regular"
             return n + length, "regular"
         return stop, "requested" if stop in request.requested else "end"
 
     def _longest(self, here: WornMotion, there: WornMotion, h: float) -> float:
-        """The step in which no load changes by more than its part, if it changes on as in the last one."""
+        """Length in which no load changes by more than its limit, at the rates of the last step."""
         before, after = (np.nan_to_num(self.steady.loads(motion.detail)) for motion in (here, there))
         part = self.request.max_change
         allowed = part * np.maximum(np.abs(after), part * self._reference)
@@ -557,7 +559,7 @@ class WearRun(Run[WearRequest]):
         return float(h * np.min(np.divide(allowed, change, out=np.full_like(change, np.inf), where=change > 0.0)))
 
     def _tried(self, here: WornMotion, drift: Array, h: float, slopes: Array | None) -> StepEnd | None:
-        """A step of length ``h``; None where a motion on the way is not found, or leaps."""
+        """A step of length ``h``; None where a motion in it is not found, or is another one."""
         near = self.steady.onward(here)
 
         def f(z: Array, part: float) -> tuple[Array, WornMotion] | None:
@@ -573,13 +575,13 @@ class WearRun(Run[WearRequest]):
         return explicit_step(f, here.z, here.rate, h, method)
 
     def _leaps(self, here: WornMotion, there: WornMotion, expected: Array) -> bool:
-        """Whether a motion is another one: further away than the drift leads, with room for what bends."""
+        """Whether a motion is another one: its change is much larger than the derivative predicts."""
         x = self.steady.x
         moved = norm(x(there.y) - x(here.y))
-        return moved > max(_LEAP * norm(x(expected)), _SMALL * norm(x(here.y)))
+        return moved > max(_JUMP * norm(x(expected)), _LEAST_JUMP * norm(x(here.y)))
 
     def _error(self, end: StepEnd) -> float:
-        """Of the depths as loads, over what is allowed: a part of the largest load, or of a depth beyond."""
+        """Error of the depths as loads, over its limit: a share of the largest load, or of the depth."""
         allowed = np.maximum(self._reference, self._per_depth * end.state) * self.request.tolerance
         error = np.abs(end.error) * self._per_depth
         return float(np.max(np.divide(error, allowed, out=np.zeros_like(error), where=allowed > 0.0), initial=0.0))
@@ -587,7 +589,7 @@ class WearRun(Run[WearRequest]):
     def _located(
         self, here: WornMotion, there: WornMotion, drift: Array, h: float, slopes: Array | None
     ) -> tuple[float, WornMotion, str] | None:
-        """The step that ends where something is over, if this one goes beyond: its length is bisected."""
+        """The step up to an end of wear, if this one goes beyond, by bisection of its length."""
         watched = {"worn out": self._left, "separation": lambda motion: self._load_share(motion) - _TOUCHING}
         found: tuple[float, WornMotion, str] | None = None
         for kind, left in watched.items():
