@@ -89,7 +89,7 @@ def test_without_natural_frequencies_and_equations_in_time() -> None:
 
 def test_no_first_point_is_an_outcome_without_equations_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last resort is a time integration; where there is none, it is one more way that failed."""
-    monkeypatch.setattr(FirstPoint, "strategies", lambda self: iter([("time integration", self._from_outside)]))
+    monkeypatch.setattr(FirstPoint, "strategies", lambda self: iter([("time integration", self._from_last_resort)]))
     branch = ss.forced_response(rubbed(measured(modal())), omega=(5.0, 6.0))
     assert branch.outcome is Outcome.NO_FIRST_POINT
 

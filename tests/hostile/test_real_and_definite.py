@@ -14,7 +14,7 @@ from scipy.sparse import coo_array, csc_array, csr_matrix, diags_array
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.importers.import_model import read_model
-from slipstick.importers.plain.matrices import read_matrix
+from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.structure import matrices
 from slipstick.structure.matrix_checks import smallest_pivot
 from slipstick.structure.modal import LoadShape, ModalStructure

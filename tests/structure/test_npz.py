@@ -13,7 +13,7 @@ from scipy import sparse
 from scipy.io import mmwrite
 
 from slipstick.errors import InputError
-from slipstick.importers.plain.matrices import read_matrix
+from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.structure.npz import array_shapes, read_arrays
 
 

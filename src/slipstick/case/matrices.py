@@ -167,7 +167,7 @@ def read_given(value: object, folder: Path) -> Any:
     """A matrix that is given by its rows, or in a file."""
     import numpy as np
 
-    from slipstick.importers.plain.matrices import read_matrix
+    from slipstick.importers.plain.matrix_file import read_matrix
 
     return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
 

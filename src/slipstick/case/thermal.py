@@ -178,7 +178,7 @@ def _own_influence(contacts: Sequence[CaseContact], order: Sequence[str], points
 def _read(name: str, folder: Path) -> Array:
     import numpy as np
 
-    from slipstick.importers.plain.matrices import read_matrix
+    from slipstick.importers.plain.matrix_file import read_matrix
     from slipstick.structure.checks import dense
     from slipstick.structure.npz import array_shapes, read_arrays
 

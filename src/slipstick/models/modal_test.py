@@ -363,7 +363,7 @@ def _csv(file: Path, quantity: str | None) -> Receptances:
                 expected = "two columns a function such as tip/root.re and tip/root.im"
                 raise InputError(
                     Fault(
-                        str(file), f"column '{name}' is not understood; there are {enumerated(head)}", expected=expected
+                        (str(file), name), f"is not understood; the columns are {enumerated(head)}", expected=expected
                     )
                 )
             yield output, point, omega, column[name] + 1j * column[f"{pair}.im"], quantity or "displacement"

@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import bsr_array, coo_array, csc_array, csr_array, save_npz
 
 from slipstick.errors import InputError
-from slipstick.importers.plain.matrices import read_matrix
+from slipstick.importers.plain.matrix_file import read_matrix
 
 A = np.array([[4.0, -1.0, 0.0, 0.0], [0.5, 3.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1e-30], [7.0, 0.0, 0.0, 1e30]])
 

@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 from slipstick.errors import InputError
-from slipstick.importers.plain.matrices import read_matrix_market
+from slipstick.importers.plain.matrix_file import read_matrix_market
 
 
 @pytest.mark.parametrize("symmetry", ["symmetric", "general"])

@@ -500,7 +500,7 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
         elif name == "omega" or name in FACTORS or "." in name:
             point[name] = ("point", values)
         else:
-            raise _columns_fault(problem, file, head, f"'{name}' is no dof, no parameter and no frequency", name)
+            raise _columns_fault(problem, file, head, "is no dof, no parameter and no frequency", name)
     if coefficients:
         dofs = list(dict.fromkeys(dof for dof, _ in coefficients))
         labels = [label for label in known if any(label == other for _, other in coefficients)]
@@ -509,7 +509,7 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
         variable = {"displacement": (("point", "dof", "coefficient"), cube)}
         return xarray.Dataset({**variable, **point}, coords={"dof": dofs, "coefficient": labels})
     if not amplitudes:
-        raise _columns_fault(problem, file, head, "none is a dof")
+        raise _columns_fault(problem, file, head, "has no column of a dof")
     table = np.array([*amplitudes.values()]).T
     return xarray.Dataset({"amplitude": (("point", "dof"), table), **point}, coords={"dof": list(amplitudes)})
 
@@ -521,7 +521,7 @@ def _columns_fault(problem: Problem, file: Path, head: Sequence[str], statement:
     hint = suggestion(name, ["omega", "frequency", *dofs]) if name else ""
     return InputError(
         Fault(
-            str(file), f"has the columns {enumerated(head)}, of which {statement}",
+            (str(file), name) if name else str(file), f"{statement}; the columns are {enumerated(head)}",
             expected=f"omega (rad/s) or frequency (Hz), and dofs such as {x}, or {x}.c1 and {x}.s1",
             remedy=hint if hint.startswith("did you") else f"dofs are {enumerated(dofs)}",
         )
