@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,10 +31,6 @@ from slipstick.state.contact_state import respond as respond_with_states
 from slipstick.structure.receptance import Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
-
-if TYPE_CHECKING:
-    from slipstick.balance.balance import Balance
-
 
 _MODAL_BOUND_FROM = 2**18
 """Entries of a receptance (2 MB) from which its bound is computed by modes, in place of all entries."""

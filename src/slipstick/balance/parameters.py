@@ -25,7 +25,6 @@ from slipstick.structure.dynamic import FACTOR_UNITS, SPEED
 
 if TYPE_CHECKING:
     from slipstick.balance.layout import Batch
-    from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
 
 

@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType, SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -42,10 +42,6 @@ from slipstick.structure.protocol import Structure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Matrix, Orders, Real
 from slipstick.units import Units
-
-if TYPE_CHECKING:
-    from slipstick.balance.contacts import ContactPair
-
 
 MOST_OUTPUTS = 100
 """Default number of outputs of a structure with more dofs."""

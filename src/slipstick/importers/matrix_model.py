@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,6 @@ from slipstick.fem.model import ImportedModel
 from slipstick.importers.deck import Deck
 from slipstick.structure.checks import DAMPING_ELSEWHERE, asymmetry, number_faults, real
 from slipstick.typing import Array, BoolArray, IntArray, Matrix, Sparse
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 FILE_ASYMMETRY = 1e-6
 """Asymmetry that files of few digits may have, see ``asymmetry``; the mean of both halves is taken."""
@@ -41,7 +37,7 @@ def full_symmetric(matrix: Matrix, name: str) -> csr_array:
     >>> full_symmetric(np.array([[2.0, -1.0], [0.0, 3.0]]), "K").toarray().tolist()
     [[2.0, -1.0], [-1.0, 3.0]]
     """
-    from scipy.sparse import csr_array, diags_array, tril, triu
+    from scipy.sparse import tril, triu
 
     faults = number_faults(name, matrix, DAMPING_ELSEWHERE)
     if faults:
@@ -247,8 +243,6 @@ def _vector(axis: Array) -> str:
 
 def _rotation(size: int, triples: list[tuple[np.ndarray, Array]]) -> csr_array:
     """``u_global = T u_own``, sparse (size, size)."""
-    from scipy.sparse import csr_array
-
     turned = np.zeros(size, dtype=bool)
     for rows, _ in triples:
         turned[rows] = True
