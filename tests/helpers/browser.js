@@ -96,7 +96,7 @@ class uPlot {
   destroy() { this.destroyed = true; }
 }
 
-const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "diagram", "contacts", "foot", "content", "numbers", "choices", "map", "curves", "band", "cases"].map((id) => {
+const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "diagram", "contacts", "inputs", "foot", "content", "numbers", "choices", "map", "curves", "band", "cases"].map((id) => {
   const node = new Place("section");
   node.attributes.id = id;
   return [id, node];
@@ -108,6 +108,7 @@ const document = { activeElement: null, documentElement: ROOT, getElementById: (
 let innerWidth = 1000;
 const window = {}, location = { hash: "" }, devicePixelRatio = 1, heard = {};
 const history = { replaceState: (_, __, address) => { location.hash = address; } };
+class ResizeObserver { observe() {} }
 const addEventListener = (name, f) => { heard[name] = f; };
 const getComputedStyle = () => ({ getPropertyValue: (name) => ` ${name.slice(2)} ` });
 const matchMedia = () => ({ matches: true, addEventListener: () => null });

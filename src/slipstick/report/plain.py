@@ -99,6 +99,8 @@ def _head(attrs: Any, title: str, facts: Iterable[str]) -> Iterator[str]:
     told = provenance(attrs)
     good = told["outcome"]["ok"]
     yield f'<header id="head"><p class="brand">slipstick</p><h1>{escape(title)}</h1>'
+    yield f'<p class="author">{escape(told["author"])}</p>' if told["author"] else ""
+    yield f'<p class="remarks">{escape(told["remarks"].strip())}</p>' if told["remarks"] else ""
     yield '<section class="outcome" aria-label="Outcome">'
     mark, look = ("✓", "good") if good else ("!", "early")
     yield f'<p class="verdict {look}"><strong>{mark}</strong> {escape(told["outcome"]["text"])}</p>'
@@ -145,7 +147,7 @@ def _figure(caption: str, ax: Any) -> str:
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f'<div class="scroll" tabindex="0"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f'<div class="card scroll rows" tabindex="0"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def _speed(data: Any) -> Any:

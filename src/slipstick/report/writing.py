@@ -227,7 +227,7 @@ PLAIN_STYLES = ("look.css", "plain.css", "print.css")
 STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 
 
-_NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head main"
+_NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head inputs main"
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
 """Our scripts in the order in which they are joined: one script, whose only global name is ``slipstick``."""
 
