@@ -33,7 +33,7 @@ class Place {
   get all() { return [this, ...this.children.flatMap((child) => (child instanceof Place ? child.all : []))]; }
   /** Whether this is what a selector of one element, such as "tr.chosen" or "[tabindex]", is of. */
   is(wanted) {
-    const [, tag, id, name, own] = /^([a-z]*)(?:#([\w-]+))?(?:\.([\w-]+))?(?:\[([\w-]+)\])?$/.exec(wanted);
+    const [, tag, id, name, own] = /^([a-z0-9]*)(?:#([\w-]+))?(?:\.([\w-]+))?(?:\[([\w-]+)\])?$/.exec(wanted);
     return (!tag || this.tag === tag) && (!id || this.attributes.id === id) && (!own || own in this.attributes)
       && (!name || (this.attributes.class ?? "").split(" ").includes(name));
   }

@@ -33,12 +33,12 @@ _MOST_WORDS = 3
 
 
 def inputs_of(problem: Problem | None, attributes: Mapping[str, Any], frequency_unit: str) -> list[dict[str, Any]]:
-    """Tables ``{"title", "head", "rows"}`` of texts; none where the problem is not known.
+    """Tables ``{"title", "head", "rows"}`` of texts; where the problem is not known, those of the text of the case.
 
-    ``attributes`` are those of the results, which hold the text of the case; frequencies are in ``frequency_unit``.
+    ``attributes`` are those of the results, which hold that text; frequencies are in ``frequency_unit``.
     """
     if problem is None:
-        return []
+        return inputs_of_case(str(attributes.get("case", "")))
     tables = [
         _table("Model", (), _model(problem, attributes)),
         _table(*_modes(problem, frequency_unit)),
@@ -46,6 +46,47 @@ def inputs_of(problem: Problem | None, attributes: Mapping[str, Any], frequency_
         _table(*_contacts(problem)),
     ]
     return [table for table in tables if table["rows"]]
+
+
+def inputs_of_case(text: str) -> list[dict[str, Any]]:
+    """Structure, loads and contacts as the text of a case gives them; none of another text."""
+    case = _parsed(text)
+    top = [(name, _said(case[name])) for name in ("harmonics", "period_ratio", "units") if name in case]
+    structure = case.get("structure", {})
+    rows = [(name, _said(value)) for name, value in structure.items()] if isinstance(structure, dict) else []
+    tables = [_table("Model", (), iter([*rows, *top] if rows else []))]
+    for title, name in (("Loads", "load"), ("Contacts", "contact")):
+        listed = case.get(name)
+        given = [row for row in listed if isinstance(row, dict)] if isinstance(listed, list) else []
+        head = list(dict.fromkeys(key for row in given for key in row))
+        said = [key.replace("_", " ") for key in head]
+        tables.append(_table(title, said, ([_said(row.get(key, "-")) for key in head] for row in given[:MOST_LOADS])))
+        if len(given) > MOST_LOADS:
+            tables[-1]["rows"].append([f"and {len(given) - MOST_LOADS} more", *[""] * (len(head) - 1)])
+    return [table for table in tables if table["rows"]]
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+_LONGEST = 100
+"""Characters of a value in a table; of a longer one the beginning is shown."""
+
+
+def _said(value: Any) -> str:
+    """A value of a case in few words."""
+    if isinstance(value, dict):
+        said = ", ".join(f"{name} {_said(each)}" for name, each in value.items())
+    elif isinstance(value, list):
+        joined = ", ".join(map(_said, value))
+        said = joined if all(isinstance(each, str) for each in value) else f"[{joined}]"
+    else:
+        said = f"{value:g}" if isinstance(value, float) else str(value)
+    return said if len(said) <= _LONGEST else f"{said[:_LONGEST]} ..."
 
 
 def _table(title: str, head: Sequence[str], rows: Iterator[Sequence[str]]) -> dict[str, Any]:
@@ -89,10 +130,7 @@ def _kind(structure: Structure) -> str:
 
 def _origin(case: str) -> str:
     """Kind and files of the structure in the text of a case; empty of a problem made in Python."""
-    try:
-        table = tomllib.loads(case).get("structure", {})
-    except tomllib.TOMLDecodeError:
-        return ""
+    table = _parsed(case).get("structure", {})
     if not isinstance(table, dict) or not table:
         return ""
     files = [value for value in table.values() if isinstance(value, str) and value.rpartition(".")[2] in _ENDINGS]

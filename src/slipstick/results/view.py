@@ -83,7 +83,8 @@ VIEWS: Mapping[str, View] = {
         words="self-excited vibration ",
     ),
     "wear": View(
-        "wear", ("parameter",), ("start", "requested", "worn out", "separation", "end"), companions=("worn_depth", "normal_load"),
+        "wear", ("parameter",), ("start", "requested", "worn out", "separation", "end"),
+        companions=("worn_depth", "normal_load"),
     ),
 }  # fmt: skip
 """Views of the analyses whose results are points of motion; those of any other are of a response, or over a

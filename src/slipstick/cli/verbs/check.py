@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.structure.cyclic import TravellingWave
     from slipstick.structure.protocol import Structure
-    from slipstick.typing import Array
-    from slipstick.units import Units
 
 _LISTED_FREQUENCIES = 10
 _LISTED_DIRECTIONS = 4

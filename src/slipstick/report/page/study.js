@@ -110,6 +110,7 @@ class Study {
     this.view = this.viewFrom(location.hash);
     head(document.getElementById("head"), { ...content, results: [] });
     document.getElementById("head").append(this.outcome());
+    inputs(document.getElementById("inputs"), [{ content }]);
     foot(document.getElementById("foot"), content);
     document.querySelector("#foot p").lastChild.textContent = "Choose a case in the map, the curves or the table; the address keeps the choice.";
     this.draw();
