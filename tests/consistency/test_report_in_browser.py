@@ -25,7 +25,8 @@ from helpers.study_case import CASE
 
 import slipstick as ss
 from slipstick.io.loading import load_dataset
-from slipstick.report.writing import write_report, write_study_report
+from slipstick.report.content import content_of
+from slipstick.report.writing import page, write_report, write_study_report
 
 pytestmark = pytest.mark.verify
 
@@ -222,6 +223,31 @@ def test_strangers_texts_run_nothing(browser: Any, tmp_path: Path) -> None:
     assert found.page.evaluate("window.broken === undefined && document.querySelectorAll('img').length === 0")
     assert found.page.inner_text("h1") == HOSTILE
     found.close()
+
+
+def test_a_long_list_of_peaks_scrolls_beside_the_curves(browser: Any, tmp_path: Path) -> None:
+    """However many there are, the curves keep their height."""
+    heights = {}
+    for times in (1, 40):
+        content = content_of(branch(), "a", contacts=2, dofs=3)
+        content["notes"] *= times
+        path = tmp_path / f"{times}.html"
+        path.write_text(page("t", {"title": "t", "version": "1", "written": "now", "results": [content]}), "utf-8")
+        found = Opened(browser, path)
+        found.page.wait_for_timeout(300)
+        script = """() => [document.querySelector(".with-side > .card"), document.querySelector(".peaks")]
+          .map((own) => [own.offsetHeight, own.scrollHeight])"""
+        heights[times] = found.page.evaluate(script)
+        found.close()
+    (card, _), (side, inside) = heights[40]
+    assert card == heights[1][0][0]
+    assert side <= card < inside
+
+
+def test_inputs_are_shown_where_the_problem_is_known(opened: Opened) -> None:
+    titles = opened.page.locator("#inputs h3").all_inner_texts()
+    assert titles == ["Model", "Modes without contacts", "Loads", "Contacts"]
+    assert "tangential a - b" in opened.page.locator("#inputs .wide").inner_text()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -33,7 +33,7 @@ class Place {
   get all() { return [this, ...this.children.flatMap((child) => (child instanceof Place ? child.all : []))]; }
   /** Whether this is what a selector of one element, such as "tr.chosen" or "[tabindex]", is of. */
   is(wanted) {
-    const [, tag, id, name, own] = /^([a-z]*)(?:#([\w-]+))?(?:\.([\w-]+))?(?:\[([\w-]+)\])?$/.exec(wanted);
+    const [, tag, id, name, own] = /^([a-z0-9]*)(?:#([\w-]+))?(?:\.([\w-]+))?(?:\[([\w-]+)\])?$/.exec(wanted);
     return (!tag || this.tag === tag) && (!id || this.attributes.id === id) && (!own || own in this.attributes)
       && (!name || (this.attributes.class ?? "").split(" ").includes(name));
   }
@@ -96,7 +96,7 @@ class uPlot {
   destroy() { this.destroyed = true; }
 }
 
-const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "diagram", "contacts", "foot", "content", "numbers", "choices", "map", "curves", "band", "cases"].map((id) => {
+const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "diagram", "contacts", "inputs", "foot", "content", "numbers", "choices", "map", "curves", "band", "cases"].map((id) => {
   const node = new Place("section");
   node.attributes.id = id;
   return [id, node];
@@ -108,6 +108,7 @@ const document = { activeElement: null, documentElement: ROOT, getElementById: (
 let innerWidth = 1000;
 const window = {}, location = { hash: "" }, devicePixelRatio = 1, heard = {};
 const history = { replaceState: (_, __, address) => { location.hash = address; } };
+class ResizeObserver { observe() {} }
 const addEventListener = (name, f) => { heard[name] = f; };
 const getComputedStyle = () => ({ getPropertyValue: (name) => ` ${name.slice(2)} ` });
 const matchMedia = () => ({ matches: true, addEventListener: () => null });

@@ -60,6 +60,8 @@ class Reading:
     """A case without faults, read."""
 
     title: str
+    author: str
+    remarks: str
     body: Body
     problem: Problem
     response: ResponseTable
@@ -96,7 +98,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     assert described.body is not None
     assert sections.response is not None
     return Reading(
-        title=sections.top.table.title, body=described.body, problem=problem,
+        title=sections.top.table.title, author=sections.top.table.author, remarks=sections.top.table.remarks,
+        body=described.body, problem=problem,
         response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
         warnings=(*parts.phases, *parts.noticed),
     )  # fmt: skip
@@ -215,6 +218,8 @@ class Case:
     """The cases of ``[study]``."""
     noticed: tuple[str, ...] = ()
     """Approximations and suspicious values of the model and of the text, one sentence each."""
+    author: str = ""
+    remarks: str = ""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -266,6 +271,8 @@ class Case:
             path=path,
             text=text,
             title=reading.title or path.stem,
+            author=reading.author,
+            remarks=reading.remarks,
             body=reading.body,
             problem_=reading.problem,
             response=reading.response,
@@ -423,8 +430,10 @@ class Case:
     @property
     def names(self) -> dict[str, str]:
         """Attributes of results that name their case."""
+        said = {"author": self.author, "remarks": self.remarks}
         return {
             "title": self.title,
+            **{key: text for key, text in said.items() if text},
             "case": self.text,
             "case_file": self.path.name,
             "frequency_unit": self.frequency_unit,

@@ -72,8 +72,11 @@ def python_script(text: str, name: str, folder: Path) -> str:
         made=made,
         followed=textwrap.indent(followed, "    ").lstrip(),
     )
-    title = _docstring(raw.get("title") or Path(name).stem)
-    script = f'"""{title}\n\nWhat {_docstring(name)} says, in Python.\n"""\n\n{_head(body)}\n\n\n{body}'
+    title = _docstring(top.title or Path(name).stem)
+    about = [f"Author: {top.author}"] * bool(top.author) + top.remarks.strip().splitlines()
+    said = "".join(f"{_docstring(line)}\n" for line in about)
+    said = f"\n{said}" if said else ""
+    script = f'"""{title}\n\nWhat {_docstring(name)} says, in Python.\n{said}"""\n\n{_head(body)}\n\n\n{body}'
     return "\n".join([script, *notes])
 
 

@@ -41,6 +41,8 @@ class TopTable(Table):
 
     format: Literal[1] = Field(description="format = 1, the version of the case file")
     title: str = Field(default="", description="a text")
+    author: str = Field(default="", description="a text")
+    remarks: str = Field(default="", description="a text")
     harmonics: Annotated[list[int], PlainValidator(harmonic_orders)] = Field(
         description='the harmonics kept, such as "0..10" or [0, 1, 3, 5]'
     )

@@ -12,6 +12,7 @@ from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, orbits_of, planar_of, series_of
 from slipstick.report.curves import abscissae_of, curves_of, diagram_of
 from slipstick.report.encoding import Indices, fixed, packed
+from slipstick.report.inputs import inputs_of
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from slipstick.structure.skin import Skin
 
 
-_TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
+_TOLD = {"title", "author", "remarks", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that are shown elsewhere on the page, or are of no use to a reader."""
 
 
@@ -60,7 +61,8 @@ def content_of(
         "points": len(branch),
         "analysis": view.name,
         "abscissae": abscissae_of(dataset, view),
-        "companion": view.companion,
+        "inputs": inputs_of(branch.problem, dataset.attrs, frequency_unit(dataset)),
+        "companions": view.companions,
         "frequency": frequency_of(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
@@ -135,7 +137,7 @@ def provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
     name = str(attributes.get("outcome", ""))
     about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     return {
-        "title": str(attributes.get("title", "")),
+        **{key: str(attributes.get(key, "")) for key in ("title", "author", "remarks")},
         "outcome": {"name": name, "ok": name == "COMPLETED", "text": str(attributes.get("outcome_text", name))},
         "warnings": str(attributes.get("warnings", "")).splitlines(),
         "about": [pair for pair in about if pair[1]],
@@ -226,6 +228,7 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
         "orbits": orbits_of(branch, kept),
         "series": series_of(dataset, kept, friction_places) if len(kept) else [],
         "force_units": unit_of(dataset, force) if force else "",
+        "force_after": after_number(unit_of(dataset, force)) if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }
 

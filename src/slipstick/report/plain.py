@@ -14,6 +14,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
+from slipstick.report.inputs import inputs_of_case
 from slipstick.results.run_up import RunUp, time_unit
 from slipstick.results.view import after, names_of, ranked, view_of
 from slipstick.units import Units, after_number, energy_unit
@@ -51,6 +52,7 @@ def run_up_body(run: RunUp, steady: Solutions | None, *, title: str, dofs: int, 
             _section("Motion", _figures(_run_up_figures(run, drawn, steady)), _motions(run, kept, steady)),
             _section("Contacts", _contacts(data)) if data.sizes.get("contact") else "",
             _section("Balance of energy", _energy(data)),
+            *_inputs(data.attrs),
             "</main>",
             foot,
         ]
@@ -89,6 +91,7 @@ def fit_body(fitted: xarray.Dataset, *, title: str, foot: str) -> str:
             _section("Measured and fitted", _figures([(_FIT_IN_TIME if "time" in fitted.dims else _FIT, fit(fitted))])),
             _section("Correlations of the errors", _correlations(fitted, names)) if len(names) > 1 else "",
             _section("What the measurement separates", _singular(fitted)),
+            *_inputs(fitted.attrs),
             "</main>",
             foot,
         ]
@@ -99,6 +102,8 @@ def _head(attrs: Any, title: str, facts: Iterable[str]) -> Iterator[str]:
     told = provenance(attrs)
     good = told["outcome"]["ok"]
     yield f'<header id="head"><p class="brand">slipstick</p><h1>{escape(title)}</h1>'
+    yield f'<p class="author">{escape(told["author"])}</p>' if told["author"] else ""
+    yield f'<p class="remarks">{escape(told["remarks"].strip())}</p>' if told["remarks"] else ""
     yield '<section class="outcome" aria-label="Outcome">'
     mark, look = ("✓", "good") if good else ("!", "early")
     yield f'<p class="verdict {look}"><strong>{mark}</strong> {escape(told["outcome"]["text"])}</p>'
@@ -126,6 +131,16 @@ def _section(title: str, *parts: str) -> str:
     return f"<section><h2>{escape(title)}</h2>{''.join(parts)}</section>"
 
 
+def _inputs(attrs: Any) -> Iterator[str]:
+    """What the case gave, in tables."""
+    parts = [
+        f"<div><h3>{escape(table['title'])}</h3>{_table(table['head'], table['rows'], look='words')}</div>"
+        for table in inputs_of_case(str(attrs.get("case", "")))
+    ]
+    if parts:
+        yield _section("Inputs", '<div class="given">', *parts, "</div>")
+
+
 def _figures(figures: Iterable[tuple[str, Any]]) -> str:
     """Axes with their captions, as pictures in the page."""
     return f'<div class="figures">{"".join(_figure(caption, ax) for caption, ax in figures)}</div>'
@@ -142,10 +157,11 @@ def _figure(caption: str, ax: Any) -> str:
     )
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], look: str = "") -> str:
     top = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f'<div class="scroll" tabindex="0"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    card = f'<div class="{" ".join(filter(None, ("card scroll rows", look)))}" tabindex="0">'
+    return f"{card}<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>"
 
 
 def _speed(data: Any) -> Any:

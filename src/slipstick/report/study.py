@@ -9,6 +9,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
+from slipstick.report.inputs import inputs_of_case
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
 from slipstick.results.view import followed_of, names_of, ranked, unit_of
 from slipstick.units import after_number
@@ -38,6 +39,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     units = unit_of(study, "peak_amplitude")
     return {
         **provenance(study.attrs),
+        "inputs": inputs_of_case(str(study.attrs.get("case", ""))),
         "method": f"{study.attrs.get('study_method', '')} over {', '.join(names)}",
         "grid": len(dims) > 1 or str(dims[0]) != "case",
         "parameters": [_parameter(study, name, dims) for name in names],

@@ -41,8 +41,8 @@ class View(NamedTuple):
         Kinds of points that are listed.
     first
         The quantity to begin with.
-    companion
-        The quantity drawn with the chosen one, the other half of the result; empty for none.
+    companions
+        Quantities drawn with the chosen one: the rest of the result.
     peaks
         Whether the points are those of a response, whose peaks are listed.
     sparse
@@ -55,7 +55,7 @@ class View(NamedTuple):
     over: tuple[str, ...]
     marked: tuple[str, ...]
     first: str = "amplitude"
-    companion: str = ""
+    companions: tuple[str, ...] = ()
     peaks: bool = False
     sparse: bool = False
     words: str = ""
@@ -65,7 +65,7 @@ _BIFURCATIONS = tuple(kind for kind in SPECIAL_KINDS if kind != STATE_CHANGE)
 _RESPONSE = View("response", ("omega",), _BIFURCATIONS, peaks=True)
 _PARAMETER = View("parameter", ("parameter",), _BIFURCATIONS, peaks=True)
 _TRACK = View(
-    "track", ("parameter", "omega"), ("optimum", "turning point", "tie", "corner", "requested"), companion="omega",
+    "track", ("parameter", "omega"), ("optimum", "turning point", "tie", "corner", "requested"), companions=("omega",),
     sparse=True, words="peaks ",
 )  # fmt: skip
 VIEWS: Mapping[str, View] = {
@@ -76,14 +76,15 @@ VIEWS: Mapping[str, View] = {
     "optimal": _TRACK,
     "modes": View(
         "modes", ("modal_amplitude", "omega", "load_factor"), ("requested", "turning point"), first="omega",
-        companion="modal_damping", sparse=True, words="a nonlinear mode ",
+        companions=("modal_damping",), sparse=True, words="a nonlinear mode ",
     ),
     "cycles": View(
-        "cycles", ("parameter", "omega"), (*_BIFURCATIONS, "requested"), companion="omega",
+        "cycles", ("parameter", "omega"), (*_BIFURCATIONS, "requested"), companions=("omega",),
         words="self-excited vibration ",
     ),
     "wear": View(
-        "wear", ("parameter",), ("start", "requested", "worn out", "separation", "end"), companion="worn_depth"
+        "wear", ("parameter",), ("start", "requested", "worn out", "separation", "end"),
+        companions=("worn_depth", "normal_load"),
     ),
 }  # fmt: skip
 """Views of the analyses whose results are points of motion; those of any other are of a response, or over a

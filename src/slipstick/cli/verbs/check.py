@@ -9,6 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slipstick.balance.contact_words import (
+    SLIDING,
+    direction_words,
+    orders_of,
+    rubbing_words,
+    shown_quantities,
+    speed_words,
+    velocities_of,
+)
 from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
@@ -24,8 +33,6 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.structure.cyclic import TravellingWave
     from slipstick.structure.protocol import Structure
-    from slipstick.typing import Array
-    from slipstick.units import Units
 
 _LISTED_FREQUENCIES = 10
 _LISTED_DIRECTIONS = 4
@@ -238,16 +245,16 @@ def _request(case: Case, problem: Problem) -> None:
 def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
         for k, name in enumerate(pair.elements):
-            ports = {port: _cosines(pair.direction(port, k)) for port in pair.contact.ports}
+            ports = {port: direction_words(pair.direction(port, k)) for port in pair.contact.ports}
             surface = " and ".join(filter(None, (ports.pop(port, "") for port in ("tangential", "second"))))
             along = [f"slides along {surface}"] if surface else []
             along += [f"{port} {cosines}" for port, cosines in ports.items() if cosines]
             law, units = pair.contact, problem.units
             numbers = [
                 f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
-                for quantity in _shown_quantities(pair, k)
+                for quantity in shown_quantities(pair, k)
             ]
-            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
+            say(f"contact '{name}': {', '.join([*along, *numbers, rubbing_words(pair, k, units)])}")
 
 
 def _stiffness(problem: Problem) -> None:
@@ -255,45 +262,6 @@ def _stiffness(problem: Problem) -> None:
 
     if sentence := stiffness_sentence(problem):
         say(f"normal stiffness: {sentence}")
-
-
-_SLIDING = ("cos", "sin", "second_cos", "second_sin")
-
-
-def _velocities(pair: ContactPair, k: int) -> tuple[Array, Array]:
-    """Constant velocities along the one or two directions of the surface, and what each rad/s adds to them."""
-    import numpy as np
-
-    from slipstick.contact.rubbing import SECOND, VELOCITIES
-
-    befores = ("", SECOND) if "second" in pair.contact.ports else ("",)
-    both = np.array([[pair.values(before + name)[k] for before in befores] for name in VELOCITIES], dtype=float)
-    return both[0], both[1]
-
-
-def _motion(pair: ContactPair, k: int, units: Units) -> str:
-    """The rubbing motion of the k-th contact in a few words."""
-    import numpy as np
-
-    along, across = _orders(pair, k, *_SLIDING), _orders(pair, k, "normal_cos", "normal_sin")
-    speeds, swept = _velocities(pair, k)
-    said = [_speed(float(v), float(s), units) for v, s in zip(speeds, swept, strict=True)]
-    at = f"({', '.join(said)})" if len(said) > 1 else said[0]
-    words = [f"rubbing at {at}" if np.any(speeds) or np.any(swept) or along else "no rubbing"]
-    words += [f"periodic part of order {some(along)}"] if along else []
-    words += [f"moving along the normal with order {some(across)}"] if across else []
-    return " and ".join(words)
-
-
-def _orders(pair: ContactPair, k: int, *parts: str) -> list[int]:
-    """Orders of these parts of the rubbing motion of the k-th contact that are not zero."""
-    return sorted({m for p in parts for m in pair.rubbing.parts[p] if pair.values(f"{p}{m}")[k] != 0.0})
-
-
-def _speed(velocity: float, swept: float, units: Units) -> str:
-    speed = [f"{velocity:g}{units.after('length/time')}"] if velocity or not swept else []
-    speed += [f"{swept:g}{units.after('length')} x omega"] if swept else []
-    return " + ".join(speed)
 
 
 def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
@@ -305,13 +273,13 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
     for pair in problem.contacts:
         held = pair.contact.coulomb
         for k, name in enumerate(pair.elements):
-            periodic = some(m for m in _orders(pair, k, *_SLIDING) if m > 0)
+            periodic = some(m for m in orders_of(pair, k, *SLIDING) if m > 0)
             velocity, swept, direction = _course(pair, k, omega)
             signs = {copysign(1.0, v) for v in (velocity + swept * w for w in omega) if v}
             if not signs and not periodic:
                 continue
             sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
-            speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
+            speed = [f"at {speed_words(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
             how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
             if not direction:  # a surface that turns: the law's own sense, no dof
                 yield _turned(name, how, sign)
@@ -331,8 +299,8 @@ def _course(pair: ContactPair, k: int, omega: tuple[float, float]) -> tuple[floa
 
     ports = pair.contact.surface_ports
     first = pair.direction(ports.get("tangential", ""), k) or {}
-    velocity, swept = _velocities(pair, k)
-    only_second = not (velocity.any() or swept.any() or _orders(pair, k, "cos", "sin"))
+    velocity, swept = velocities_of(pair, k)
+    only_second = not (velocity.any() or swept.any() or orders_of(pair, k, "cos", "sin"))
     if not (velocity[1:].any() or swept[1:].any() or (only_second and len(velocity) > 1)):
         return float(velocity[0]), float(swept[0]), first
     along = velocity + swept * 0.5 * sum(omega)
@@ -363,14 +331,6 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
     return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
 
 
-def _shown_quantities(pair: ContactPair, k: int) -> list[str]:
-    """Quantities that are printed: of a friction contact the normal load at rest instead of the gap that makes it."""
-    load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
-    hidden = {"gap"} if load else {"normal_load"}
-    hidden |= {"kn"} if pair.direction("normal", k) is None else set()
-    return [q for q in pair.quantities if q not in hidden and not pair.rubbing.is_component(q)]
-
-
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
     from slipstick.analysis.curve.linear import linear_references
@@ -386,24 +346,11 @@ def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     return limits
 
 
-def _cosines(cosines: Mapping[str, float] | None) -> str:
-    """A direction as a sum.
-
-    >>> _cosines({"x1": 1.0, "x2": -1.0}), _cosines({"x": -0.6, "y": 0.8})
-    ('x1 - x2', '-0.6 x + 0.8 y')
-    """
-    words: list[str] = []
-    for dof, c in (cosines or {}).items():
-        size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
-        words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
-    return " ".join(words)
-
-
 def _towards(cosines: Mapping[str, float], sign: float) -> str:
     """A direction with its sense.
 
     >>> _towards({"x": 1.0}, 1.0), _towards({"x": 1.0}, -1.0), _towards({"x1": 1.0, "x2": -1.0}, -1.0)
     ('+x', '-x', '-x1 + x2')
     """
-    words = _cosines({dof: sign * c for dof, c in cosines.items()})
+    words = direction_words({dof: sign * c for dof, c in cosines.items()})
     return words if len(cosines) > 1 or words.startswith("-") else f"+{words}"

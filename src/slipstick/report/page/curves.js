@@ -5,23 +5,25 @@ class Curves {
     Object.assign(this, { host, app });
     this.plotHost = element("div", { class: "plot", id: "curves", tabindex: 0, role: "slider", "aria-label": "Cursor along the curve",
       "aria-valuemin": 0, onkeydown: (event) => this.key(event), onclick: (event) => this.click(event, this.plotHost) });
-    this.otherHost = element("div", { class: "plot", id: "companion", onclick: (event) => this.click(event, this.otherHost) });
+    this.otherHosts = ["companion", "companion-2"].map((id) => element("div", { class: "plot companion", id, onclick: (event) => this.click(event, event.currentTarget) }));
+    this.below = [];
     this.tools = element("div", { class: "tools" });
     this.legend = element("div", { class: "legend" });
     this.side = element("aside", { class: "peaks", "aria-label": "Points of note" });
     this.readout = element("p", { class: "readout", "aria-live": "polite" });
-    this.whole = element("div", { class: "with-side" }, element("div", { class: "card" }, this.plotHost, this.otherHost, this.legend, this.readout), this.side);
-    this.cursors = [this.plotHost, this.otherHost].map((plotHost) => ({ plotHost, dot: element("div", { class: "cursor-dot" }), rule: element("div", { class: "cursor-rule" }) }));
+    this.whole = element("div", { class: "with-side" }, element("div", { class: "card" }, this.plotHost, ...this.otherHosts, this.legend, this.readout), this.side);
+    new ResizeObserver(() => { this.side.style.maxHeight = innerWidth > 980 ? `${this.whole.firstChild.offsetHeight}px` : ""; }).observe(this.whole.firstChild);
+    this.cursors = [this.plotHost, ...this.otherHosts].map((plotHost) => ({ plotHost, dot: element("div", { class: "cursor-dot" }), rule: element("div", { class: "cursor-rule" }) }));
     host.append(this.tools, this.whole);
   }
 
   get curve() { return this.app.model.curves.find((curve) => curve.key === this.app.view.curve); }
 
-  /** The quantity drawn below: the other half of the result of a tracked peak, a mode, a limit cycle. */
-  get companion() {
-    const { model, view } = this.app, wanted = model.results[0].content.companion;
-    const key = wanted === view.over ? "" : wanted === view.curve ? "amplitude" : wanted;
-    return key && key !== view.curve ? model.curves.find((curve) => curve.key === key) : null;
+  /** The quantities drawn below: the rest of the result of a tracked peak, a mode, a limit cycle, wear. */
+  get companions() {
+    const { model, view } = this.app;
+    const keys = model.results[0].content.companions.filter((key) => key !== view.over).map((key) => (key === view.curve ? "amplitude" : key));
+    return keys.filter((key) => key !== view.curve).map((key) => model.curves.find((curve) => curve.key === key)).filter(Boolean);
   }
 
   /** Names of the curves that are drawn: of dofs, of contacts, or of none where there is one for the whole branch. */
@@ -39,7 +41,7 @@ class Curves {
 
   /** What is drawn, in one word: the same word, the same curves. */
   drawn() {
-    return JSON.stringify([this.curve, this.companion].map((curve) => (curve ? this.names(curve) : [])));
+    return JSON.stringify([this.curve, ...this.companions].map((curve) => (curve ? this.names(curve) : [])));
   }
 
   /** Every line of a quantity: result, name, places and values, colour. */
@@ -66,6 +68,8 @@ class Curves {
     return own.find((line) => line.name === name) ?? own.find((line) => line.name === "") ?? own[0] ?? null;
   }
 
+  currentOf(own) { return own ? this.current(own.lines, own.curve.over) : null; }
+
   draw() {
     const { model } = this.app;
     this.lines = this.curve ? this.linesOf(this.curve) : [];
@@ -74,26 +78,25 @@ class Curves {
       return;
     }
     this.drawNotes(); // as wide as its rows; the charts have what is left
-    const { companion } = this, height = Math.round(Math.min(460, Math.max(260, 0.5 * this.plotHost.clientWidth)));
-    this.drawChart(this.plotHost, this.curve, this.lines, companion ? Math.round(0.72 * height) : height);
-    this.others = companion ? this.linesOf(companion) : [];
-    this.otherHost.hidden = !this.others.length;
-    if (this.others.length) this.drawChart(this.otherHost, companion, this.others, Math.round(0.55 * height));
+    const { companions } = this, height = Math.round(Math.min(460, Math.max(260, 0.5 * this.plotHost.clientWidth)));
+    this.drawChart(this.plotHost, this.curve, this.lines, companions.length ? Math.round(0.72 * height) : height);
+    this.below = companions.map((curve, i) => ({ curve, host: this.otherHosts[i], lines: this.linesOf(curve) })).filter(({ lines }) => lines.length);
+    for (const host of this.otherHosts) host.hidden = !this.below.some((own) => own.host === host);
+    for (const own of this.below) this.drawChart(own.host, own.curve, own.lines, Math.round(0.55 * height));
     this.drawTools();
     this.drawLegend();
     this.move();
-    this.side.style.maxHeight = innerWidth > 980 ? `${this.whole.firstChild.offsetHeight}px` : "";
     document.getElementById("response-title").textContent = TITLES[model.results[0].content.analysis] ?? "Response";
   }
 
   drawChart(host, curve, lines, height) {
     const { view, model } = this.app, { log } = view, first = lines[0].result, over = first.abscissa(view.over);
     const limits = this.limits(curve, lines, log), own = lines.flatMap((line) => [...this.banded(curve, line, log), ...this.styled(line, log)]);
-    const range = (of, axis, zero) => rangeOf([...lines, ...limits].map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : this.companion ? 0.12 : 0.06, zero });
+    const range = (of, axis, zero) => rangeOf([...lines, ...limits].map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : this.companions.length ? 0.12 : 0.06, zero });
     const inside = range("x", "x", false);
     chart(host, {
       x: { label: over.label, units: this.app.unitsOf(over, first)[1], log: log.includes("x"), range: inside },
-      y: { label: quantityOf(curve), units: this.app.unitsOf(curve, first)[1], log: log.includes("y"), letters: this.companion ? LETTERS : 2, range: range("y", "y", curve.key === "amplitude" || curve.key === "mean") },
+      y: { label: quantityOf(curve), units: this.app.unitsOf(curve, first)[1], log: log.includes("y"), letters: this.companions.length ? LETTERS : 2, range: range("y", "y", curve.key === "amplitude" || curve.key === "mean") },
       lines: [...limits, ...own, ...this.rings(curve, lines, log)], height, zoom: true, name: `${quantityOf(curve)} over ${over.label}`,
       hooks: { draw: [() => this.place()] }, marks: zeroLine,
     });
@@ -152,7 +155,7 @@ class Curves {
 
   place() {
     for (const { plotHost, dot, rule } of this.cursors) {
-      const plot = plotHost.uplot, line = plotHost === this.plotHost ? this.current() : this.current(this.others ?? [], this.companion?.over);
+      const plot = plotHost.uplot, line = plotHost === this.plotHost ? this.current() : this.currentOf(this.below.find(({ host }) => host === plotHost));
       if (!plot || !line || plotHost.hidden) continue;
       const [x, y] = [plot.valToPos(line.x[this.app.view.point], "x"), plot.valToPos(line.y[this.app.view.point], "y")];
       const inside = x >= -1 && x <= plot.over.clientWidth + 1 && y >= -1 && y <= plot.over.clientHeight + 1;
@@ -170,8 +173,8 @@ class Curves {
     const { view } = this.app, { result } = line, verdict = result.verdict(view.point), kind = result.kind(view.point);
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
     const after = result.afterOf(this.curve, view.unit, line.name);
-    const beside = [this.companion, this.curve.key === "amplitude" ? result.curve("phase") : null].filter(Boolean)
-      .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
+    const beside = [...this.companions, this.curve.key === "amplitude" ? result.curve("phase") : null].filter(Boolean)
+      .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : own.over === "contact" ? view.contact : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
       .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${result.afterOf(own, view.unit, line.name)}`));
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
@@ -184,7 +187,7 @@ class Curves {
 
   /** The drawn point nearest to a click becomes the cursor. */
   click(event, host) {
-    const plot = host.uplot, lines = host === this.plotHost ? this.lines : this.others;
+    const plot = host.uplot, { lines, curve } = host === this.plotHost ? this : this.below.find((own) => own.host === host) ?? { lines: [] };
     if (!plot || !event.target.closest(".u-over")) return;
     const box = plot.over.getBoundingClientRect(), [cx, cy] = [event.clientX - box.left, event.clientY - box.top];
     let best = null;
@@ -194,7 +197,7 @@ class Curves {
         if (!best || distance < best.distance) best = { distance, line, i };
       }
     }
-    if (best) this.choose(best.line, best.i, host === this.plotHost ? this.curve.over : this.companion.over);
+    if (best) this.choose(best.line, best.i, curve.over);
   }
 
   choose(line, point, over = this.curve.over) {
@@ -230,7 +233,7 @@ class Curves {
     const log = (axis) => element("button", { type: "button", "aria-pressed": String(view.log.includes(axis)), onclick: () =>
       app.set({ log: ["x", "y"].filter((a) => (a === axis) !== view.log.includes(a)).join("") }) }, `log ${axis}`);
     const known = view.curve === "amplitude" && view.over === "omega" && model.results.some((result) => result.content.references.length);
-    const frequency = [view.over, view.curve, this.companion?.key].includes("omega") && model.frequencies.length > 1;
+    const frequency = [view.over, view.curve, ...this.companions.map(({ key }) => key)].includes("omega") && model.frequencies.length > 1;
     fill(this.tools,
       element("h2", { id: "response-title" }, "Response"), ...select("curve", "Quantity", model.curves, view.curve),
       ...(model.overs.length > 1 ? select("over", "Over", model.overs, view.over) : []),
@@ -253,7 +256,9 @@ class Curves {
     const chips = offered.filter(known).map((name) => element("button", { type: "button", class: "chip", "aria-pressed": String(names.includes(name)), onclick: () => toggle(name) },
       ...(several ? [] : this.lines.filter((line) => line.name === name).map(swatch)), name || "all contacts"));
     const labels = several ? this.lines.map((line) => element("span", { class: "line-name" }, swatch(line), `${line.result.label}${line.name ? ` · ${line.name}` : ""}`)) : [];
-    const dashed = model.results.some((result) => result.content.unstable) ? [element("span", { class: "line-name" }, "solid: stable, dashed: unstable, dotted: not known")] : [];
+    const judged = new Set(model.results.flatMap((result) => (result.content.unstable ? Array.from({ length: result.points }, (_, i) => result.verdict(i)) : [])));
+    const verdicts = [["stable", "solid: stable"], ["unstable", "dashed: unstable"], ["stability not known", "dotted: not known"]].filter(([own]) => judged.has(own)).map(([, said]) => said);
+    const dashed = verdicts.length ? [element("span", { class: "line-name" }, verdicts.join(", "))] : [];
     const grey = view.limits && this.curve.key === "amplitude" && view.over === "omega" ? [element("span", { class: "line-name" }, this.bothLimits ? "grey, thick: without contact; thin: every contact stuck" : "grey: without contact")] : [];
     const less = this.app.leftOut(over);
     fill(this.legend,
@@ -280,12 +285,15 @@ class Curves {
     const rank = ({ kind }) => (kind === "optimum" ? 0 : kind === "peak" ? 1 : 2);
     found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? (a.unit === "rad") - (b.unit === "rad") || b.size - a.size : a.result.index - b.result.index || a.point - b.point));
     const { analysis } = model.results[0].content, first = model.results[0], units = [...new Set(model.results.flatMap((result) => result.content.dofs.units_of))];
-    const columns = [...model.overs.slice(0, 1), ...(analysis === "response" || analysis === "parameter" ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
-    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : own.key === "parameter" && own.label.length < 12 ? own.label : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), withUnits(`amplitude${analysis === "response" || analysis === "parameter" ? "" : ` of ${soughtOf(first)}`}`, units.length > 1 ? "" : units[0] ?? "")];
+    const peaked = analysis === "response" || analysis === "parameter";
+    this.side.hidden = !peaked && !found.length;
+    this.whole.toggleAttribute("data-alone", this.side.hidden);
+    const columns = [...model.overs.slice(0, 1), ...(peaked ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
+    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : own.key === "parameter" && own.label.length < 12 ? own.label : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), withUnits(`amplitude${peaked ? "" : ` of ${soughtOf(first)}`}`, units.length > 1 ? "" : units[0] ?? "")];
     const rows = found.map((note) => this.noteRow(note, columns, model.results.length > 1, units.length > 1));
-    fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") ? "Points of note" : "Peaks"),
+    fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") || !peaked ? "Points of note" : "Peaks"),
       rows.length ? element("table", { class: "list" }, element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col" }, text)))), element("tbody", {}, ...rows))
-        : element("p", { class: "soft" }, analysis === "response" || analysis === "parameter" ? "No peak was located on these curves." : "No point of note on these curves."));
+        : element("p", { class: "soft" }, "No peak was located on these curves."));
   }
 
   noteRow({ result, point, name, kind, size, unit }, columns, several, mixed) {

@@ -2,6 +2,7 @@
 
 function head(host, content) {
   fill(host, element("p", { class: "brand" }, "slipstick"), element("h1", {}, content.title),
+    ...authored(content.results.length === 1 ? content.results[0] : content),
     element("div", { class: content.results.length > 1 ? "outcomes" : "" }, ...content.results.map((result) => outcome(result, content.results.length > 1))));
 }
 
@@ -10,11 +11,16 @@ function outcome(result, several) {
   const facts = [`${result.points} points`, found("Newton iterations") ? `${found("Newton iterations")} Newton iterations` : "", found("seconds") ? `${short(Number(found("seconds")), 3)} s` : "",
     `harmonics ${orders(result.orders)}`, result.contacts.count ? `${result.contacts.count} contact${result.contacts.count > 1 ? "s" : ""}` : "no contacts", result.case_file];
   return element("section", { class: "outcome", "aria-label": `Outcome${several ? ` of ${result.label}` : ""}` },
-    several ? element("h2", {}, result.label) : null,
+    several ? element("h2", {}, result.label) : null, ...(several ? authored(result) : []),
     element("p", { class: `verdict ${result.outcome.ok ? "good" : "early"}` }, element("strong", {}, result.outcome.ok ? "✓" : "!"), ` ${result.outcome.text}`),
     element("p", { class: "facts" }, facts.filter(Boolean).join(" · ")),
     ...result.warnings.map((text) => element("p", { class: "warning" }, element("strong", {}, "Warning: "), text)),
     element("div", { class: "folds" }, fold("Provenance", about(result.about)), result.case ? fold("Case file", element("pre", { tabindex: 0 }, result.case)) : null));
+}
+
+/** Author and remarks of the case file. */
+function authored({ author, remarks }) {
+  return [author ? element("p", { class: "author" }, author) : null, remarks ? element("p", { class: "remarks" }, remarks.trim()) : null];
 }
 
 function fold(title, inside) {

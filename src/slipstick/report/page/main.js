@@ -6,6 +6,7 @@ class App {
     this.start = startOf(this.model);
     this.view = viewFrom(location.hash, this.model);
     head(document.getElementById("head"), content);
+    inputs(document.getElementById("inputs"), this.model.results);
     foot(document.getElementById("foot"), content);
     this.curves = new Curves(document.getElementById("response"), this);
     this.panels = new Panels(document.getElementById("point"), this);
@@ -110,8 +111,8 @@ start().then((app) => {
     states: (result, point, contact) => app.model.results[result].stated(point, contact).states,
     /** Friction force of a contact in its plane over one period, and the smallest and largest limit. */
     plane: (result, point, contact) => app.model.results[result].plane(point, contact),
-    /** Lines of the chart and of the one below it, with what they are of: [quantity, result, name, x, y]. */
-    drawn: () => [[app.curves.curve, app.curves.lines], [app.curves.companion, app.curves.others]]
+    /** Lines of the chart and of those below it, with what they are of: [quantity, result, name, x, y]. */
+    drawn: () => [[app.curves.curve, app.curves.lines], ...app.curves.below.map(({ curve, lines }) => [curve, lines])]
       .flatMap(([curve, lines]) => (curve ? (lines ?? []).map(({ result, name, x, y }) => [curve.key, result.index, name, [...x], [...y]]) : [])),
     view: () => ({ ...app.view }),
     set: (change) => app.set(change),

@@ -33,7 +33,8 @@ class Panels {
     this.loop.card.hidden = !(law || plane || ported);
     this.plane.card.hidden = !plane;
     this.states.card.hidden = !result.friction && !result.planar && !result.orbits;
-    this.worn.card.hidden = !result.curve("worn_depth") || result.content.analysis !== "wear"; // before any chart is drawn: it is as wide as its card
+    this.worn.card.hidden = !result.curve("worn_depth") || result.content.analysis !== "wear" || result.contacts.length < 2; // one contact has its curve; before any chart is drawn: it is as wide as its card
+    this.arrange();
     if (plane) this.drawPlane(plane);
     else if (orbit) this.drawOrbit(orbit);
     else if (law || ported) this.drawLoop(law, ported);
@@ -41,6 +42,14 @@ class Panels {
     this.drawHistory(law, ported, plane);
     this.drawSpectrum(law, ported);
     this.drawWorn();
+  }
+
+  /** Of an odd number of cards the last three stand in one row, so that none is as wide as the page. */
+  arrange() {
+    const shown = ["loop", "plane", "states", "history", "spectrum", "worn"].map((key) => this[key].card).filter((card) => !card.hidden);
+    const odd = shown.length > 1 && shown.length % 2 === 1;
+    shown[0].parentNode.toggleAttribute("data-odd", odd);
+    shown.forEach((card, i) => card.toggleAttribute("data-last", i >= shown.length - 3));
   }
 
   drawPick(result) {
@@ -114,7 +123,10 @@ class Panels {
     const drawing = () => svgOfDrawing(this.states.plot.querySelector("svg"));
     const table = () => [["contact", "from [rad]", "to [rad]", "state"], ...rows.flatMap(([name, own]) => (own ? pieces(own).map(([a, b, state]) => [name, a, b, state]) : []))];
     saver(this.states.plot, () => `states at ${app.where()}`, { PNG: () => pngOfDrawing(drawing()), SVG: drawing, CSV: () => csvOf(table()) });
-    fill(this.states.note, stateKey(result), statesInWords(view.contact, result.stated(view.point, view.contact)));
+    const stated = view.contact ? result.stated(view.point, view.contact) : null;
+    const law = stated ? result.element(view.point, view.contact) : null;
+    fill(this.states.note, stateKey(result), statesInWords(view.contact, stated),
+      stated ? factsOf(stated, law, law ? null : result.plane(view.point, view.contact), result.content.contacts.force_after) : null);
   }
 
   drawHistory(law, ported, plane) {
@@ -146,7 +158,7 @@ class Panels {
     const kind = kinds[view.spectrum] ? view.spectrum : "dof";
     fill(this.spectrum.tools, chosenAmong("Quantity of the harmonics", kinds, kind, (spectrum) => app.set({ spectrum })));
     const groups = kind === "dof" ? this.harmonicsOfDofs() : [{ name: view.contact, sizes: law ? amplitudes((t) => frictionAt(law, t), result.orders) : sizesOf(ported.F), stroke: colourOf(app.model, "contact", view.contact, result) }];
-    const half = 0.38 / Math.max(1, groups.length), orders = result.orders;
+    const orders = result.orders, half = barHalf(orders.length) / Math.max(1, groups.length);
     const lines = groups.map((group, i) => ({ kind: "bars", log: true, x: orders.map((_, j) => j + (2 * i + 1 - groups.length) * half), y: group.sizes.map(Math.abs), half, fill: group.stroke, stroke: group.stroke, width: 0, name: group.name }));
     const most = Math.max(...lines.flatMap((line) => line.y), 0), every = Math.ceil(orders.length / 24);
     const range = most > 0 ? [most * 1e-6, most * 2] : [1e-6, 1];
@@ -161,7 +173,7 @@ class Panels {
     const { app } = this, { view, result } = app, curve = result.curve("worn_depth");
     if (this.worn.card.hidden) return;
     const names = result.contacts, all = names.map((name) => result.values("worn_depth", name)), depths = all.map((values) => values[view.point]);
-    const bars = (some, fill, name) => ({ kind: "bars", x: some, y: some.map((i) => depths[i]), half: 0.38, fill, stroke: fill, width: 0, name });
+    const bars = (some, fill, name) => ({ kind: "bars", x: some, y: some.map((i) => depths[i]), half: barHalf(names.length), fill, stroke: fill, width: 0, name });
     const at = names.indexOf(view.contact), places = names.map((_, i) => i), every = Math.ceil(names.length / 16);
     const lines = [bars(places.filter((i) => i !== at), colour("text-faint"), ""), ...(at < 0 ? [] : [bars([at], colourOf(app.model, "contact", view.contact, result), view.contact)])];
     const ticks = places.filter((i) => i % every === 0);
@@ -180,6 +192,20 @@ class Panels {
 /** Dofs shown in the panels: the one at the cursor, then the others that are drawn above. */
 function shownDofs(view, result) {
   return [...new Set([view.dof, ...view.dofs])].filter((name) => result.points && result.dofs.includes(name));
+}
+
+/** Half the width of a bar among so many places one apart: few bars are no blocks. */
+const barHalf = (count) => Math.min(0.38, 0.06 * count);
+
+/** Smallest and largest forces of a contact over the period, and its shares of the period, as pairs of words. */
+function factsOf(stated, law, plane, units) {
+  const tau = times(0, PERIOD, 361), shares = {};
+  for (const [a, b, state] of stated.states) shares[state] = (shares[state] ?? 0) + (b - a) / PERIOD;
+  const span = (values) => `${[...new Set([Math.min(...values), Math.max(...values)].map((value) => short(value, 4)))].join(" to ")}${units}`;
+  const said = Object.entries(shares).map(([state, part]) => [STATE_WORDS[state], `${short(100 * part, 3)} %`]);
+  if (law) said.push(["normal load", span(tau.map((t) => law.kn * Math.max(series(law.Y, law.orders, t) - law.gap, 0)))], ["friction force", span(tau.map((t) => frictionAt(law, t)))]);
+  if (plane) said.push(["friction force", span(Array.from(plane.force[0], (f, i) => Math.hypot(f, plane.force[1][i])))]);
+  return element("div", { class: "facts-of" }, ...said.map(([name, text]) => element("div", {}, element("span", { class: "soft" }, name), text)));
 }
 
 function sizesOf(X) {

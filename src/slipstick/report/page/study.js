@@ -108,8 +108,9 @@ class Study {
     const { band } = content, column = (own) => new Numbers(own).column();
     this.band = band && { ...band, x: column(band.x), dofs: band.dofs.map((own) => ({ y: own.y.map(column), peak: column(own.peak), at: column(own.at) })) };
     this.view = this.viewFrom(location.hash);
-    head(document.getElementById("head"), { title: content.title, results: [] });
+    head(document.getElementById("head"), { ...content, results: [] });
     document.getElementById("head").append(this.outcome());
+    inputs(document.getElementById("inputs"), [{ content }]);
     foot(document.getElementById("foot"), content);
     document.querySelector("#foot p").lastChild.textContent = "Choose a case in the map, the curves or the table; the address keeps the choice.";
     this.draw();
