@@ -13,7 +13,6 @@ import xarray
 from scipy import stats
 
 import slipstick as ss
-from slipstick.studies.mistuning import mistuning_study
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"
@@ -167,8 +166,10 @@ def of_machines() -> Iterator[Drawing]:
     peak = whole.at(max(whole.peaks("largest"), key=lambda found: found[1])[0])
     yield "blades", lambda: ss.plots.blades(whole, "tip")
     yield "disc", lambda: ss.plots.disc(whole, peak, "tip")
-    scatter = mistuning_study(mistuned, omega=(345.0, 385.0), spread=0.02, samples=24, seed=1, workers=1)
+    scatter = ss.study(mistuned, method="mistuning", omega=(345.0, 385.0), spread=0.02, samples=24, seed=1, workers=1)
     yield "percentile_convergence", lambda: ss.plots.percentile_convergence(scatter)
+    yield "amplification_histogram", lambda: ss.plots.amplification_histogram(scatter)
+    yield "worst_disc", lambda: ss.plots.worst_disc(scatter)
     yield (
         "interference",
         lambda: ss.plots.interference(ss.models.interference(sector, (40.0, 120.0), engine_orders=(4, 8))),

@@ -117,3 +117,26 @@ def test_what_is_no_study_is_refused(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(ss.InputError, match="not the results of a study"):
         write_study_report(study.drop_vars("message"), None, tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()
+
+
+def test_the_page_of_discs_shows_their_scatter() -> None:
+    """One dof, the largest; the histogram holds every disc, the worst one is the largest."""
+    sector = ss.CyclicStructure(M=[[1.0]], K=([[1.04]], [[-0.02]]), dofs=["tip"], sectors=3, loss_factor=4e-3)
+    friction = ss.FrictionContact(kt=0.03, mu=0.3, normal_load=2.0)
+    shroud = ss.ContactPair(name="shroud", contact=friction, tangential={"tip": 1.0, "tip@next": -1.0})
+    load = ss.Load(dof="tip", cos=1.0)
+    wave = ss.Problem(sector.travelling_wave(1), contacts=shroud, loads=load, harmonics=[0, 1, 3])
+    found = ss.study(
+        sector.mistuned(blade=[[1.0]]).problem(wave), method="mistuning", omega=(0.97, 1.12), spread=0.02, samples=9,
+        seed=1, workers=1,
+    )  # fmt: skip
+    content = study_content(found, None, dofs=4)
+    scatter = content["scatter"]
+    assert [dof["name"] for dof in content["dofs"]] == ["largest"]
+    assert sum(scatter["bins"]["counts"]) == scatter["discs"] == 9
+    assert scatter["worst"]["case"] == int(found.amplification.argmax("case"))
+    assert scatter["tuned"] == found.attrs["tuned_amplitude"]
+    assert scatter["outputs"] == found.worst.to_numpy().tolist()
+    ax, bars = ss.plots.amplification_histogram(found), ss.plots.worst_disc(found)
+    assert sum(patch.get_height() for patch in ax.patches) == 9
+    assert [patch.get_height() for patch in bars.patches] == scatter["worst"]["deviations"]

@@ -267,7 +267,7 @@ class Case:
             plan = None if section is None else study_plan(section, reading.problem)
         except InputError as error:
             raise InputError(error.faults, in_case) from None
-        return cls(
+        case = cls(
             path=path,
             text=text,
             title=reading.title or path.stem,
@@ -281,16 +281,24 @@ class Case:
             further=further,
             noticed=(*reading.body.warnings, *reading.warnings),
         )
+        if plan is not None and plan.tuned is not None:
+            try:
+                case.study_job()  # whether the response can be that of its discs
+            except InputError as error:
+                raise InputError(error.faults, in_case) from None
+        return case
 
     def study_job(self) -> Job:
         """The computation that a study repeats for every case."""
         from slipstick.studies.solving import Job
+        from slipstick.studies.study import job_for
 
-        return Job(
+        job = Job(
             problem=self.problem(), span=self.span, parameter=self.parameter or "", omega=self.omega[0],
             requested=self.requested, peaks_of=self.response.peaks_of, options=self.options(),
             stability=self.response.judged,
         )  # fmt: skip
+        return job if self.plan is None else job_for(job, self.plan, "response")
 
     @property
     def structure(self) -> Structure:

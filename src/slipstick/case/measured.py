@@ -40,6 +40,9 @@ class MeasuredTable(Table):
     quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
         default=None, description="what was measured, where the file does not say"
     )
+    columns: dict[str, str] | None = Field(
+        default=None, description='names of the columns of a .csv file such as { "tip/tip.re" = "Re H11" }'
+    )
 
 
 _TABULATED = ("static", "beyond", "smooth")
@@ -73,7 +76,7 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
 
 def _call(table: MeasuredTable, path: Path | None = None) -> Call:
     name = "ss.models.tabulated_structure" if table.fit == "tabulated" else "ss.models.modal_analysis"
-    return Call(name, (here(table.file, path),), table.given("modes", "quantity", *_TABULATED, "range"))
+    return Call(name, (here(table.file, path),), table.given("modes", "quantity", "columns", *_TABULATED, "range"))
 
 
 def _script(table: MeasuredTable, _folder: Path) -> list[str]:

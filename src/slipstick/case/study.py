@@ -6,21 +6,25 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from slipstick.case.table import RawTable, toml
-from slipstick.errors import Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.studies.plan import StudyPlan
 
-STUDY_KEYS = ("method", "samples", "seed")
+STUDY_KEYS = ("method", "samples", "seed", "spread")
 """Keys of ``[study]`` besides the names of parameters."""
 
 
 def study_plan(section: object, problem: Problem) -> StudyPlan:
     """The cases that ``[study]`` asks for; raises InputError with all faults in it."""
-    from slipstick.studies.plan import make_plan
+    from slipstick.structure.disc import Disc
+    from slipstick.studies.plan import MISTUNED, make_plan
 
     values, options = _read(section)
+    if options.get("method") == MISTUNED and not isinstance(problem.structure, Disc):
+        remedy = f'method = "{MISTUNED}" in [study] needs it, such as {{ blade = [[1.0]], spread = 0.01 }} of a disc'
+        raise InputError(Fault(("structure", "mistuning"), IS_MISSING, remedy=remedy))
     return make_plan(problem, values, **options)
 
 
@@ -44,6 +48,9 @@ def _read(section: object) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def cases_text(plan: StudyPlan) -> str:
     """The number of cases, and the parameters they vary."""
+    if plan.tuned is not None:
+        own = "the deviations of [structure] are not used"
+        return f"{plan.size} discs whose blades differ at random (spread {plan.spread:g}; {own}), and the tuned one"
     sizes = zip(plan.dims, plan.shape, strict=True)
     along = " x ".join(f"{name} ({size})" for name, size in sizes) if plan.axes else ", ".join(plan.names)
     return f"{len(plan)} cases, {along}"

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, enumerated, frequency, number, numbers, one, path, shown, warn, whole, wrong
+from slipstick.results.measured_columns import in_units, read_columns
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances, checked, reciprocal
 from slipstick.structure.modal_fit import TIME_LIMIT, ModalFit, fit_modes
@@ -38,6 +39,7 @@ def modal_analysis(
     modes: int | None = None,
     range: FrequencyRange | None = None,
     quantity: str | None = None,
+    columns: Mapping[str, str] | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> ModalFit:
     """A structure from measured frequency response functions: real modes are fitted to them.
@@ -67,6 +69,10 @@ def modal_analysis(
         Frequencies between which they are fitted, rad/s or with a unit, ``("20 Hz", "400 Hz")``; by default all.
     quantity
         "displacement", "velocity" or "acceleration": what was measured, where the file does not say.
+    columns
+        Of a .csv file with other names: what the columns are, ``{"frequency": "f", "tip/root.re": "Re H21", ...}``;
+        these alone are read. Lines before the names, semicolons, decimal commas and units of frequencies are
+        understood as in ``identify``; receptances are taken as they stand, all in one unit.
     time_limit
         Seconds after which no further modes are sought; a warning says so.
 
@@ -103,7 +109,7 @@ def modal_analysis(
     [6.324555]
     """
     checks = Gathering()
-    table = checks.take(read_receptances, measured, quantity)
+    table = checks.take(read_receptances, measured, quantity, columns)
     count = None if modes is None else checks.take(whole, "modes", modes, 1)
     seconds = checks.take(number, "time_limit", time_limit, above=0.0)
     ends = None if range is None else checks.take(_range, range)
@@ -127,12 +133,13 @@ def tabulated_structure(
     smooth: bool = True,
     range: FrequencyRange | None = None,
     quantity: str | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> TabulatedStructure:
     """A structure from measured frequency response functions as they are: cubic splines through the lines, no modes.
 
     Parameters
     ----------
-    measured, quantity
+    measured, quantity, columns
         As for ``modal_analysis``.
     static
         Compliance at rest (n_dofs, n_dofs), length/force, which harmonic 0 needs; dofs in the order in which they are
@@ -183,7 +190,7 @@ def tabulated_structure(
     (True, True)
     """
     checks = Gathering()
-    table = checks.take(read_receptances, measured, quantity)
+    table = checks.take(read_receptances, measured, quantity, columns)
     ends = None if range is None else checks.take(_range, range)
     checks.take(one, "smooth", smooth, bool, "True or False")
     checks.end()
@@ -222,10 +229,12 @@ def _range(value: Any) -> tuple[float, float]:
     return low, high
 
 
-def read_receptances(measured: Any, quantity: str | None = None) -> Receptances:
+def read_receptances(measured: Any, quantity: str | None = None, columns: object = None) -> Receptances:
     """Displacement over force, however it was measured."""
     if quantity is not None and not (isinstance(quantity, str) and quantity in QUANTITIES):
         raise wrong("quantity", quantity, ", ".join(map(repr, QUANTITIES)))
+    if columns is not None and not (isinstance(measured, str | Path) and Path(measured).suffix.lower() == ".csv"):
+        raise InputError(Fault("columns", "are those of a .csv file", remedy="leave them out"))
     if isinstance(measured, str | Path):
         file = path("measured", measured)
         if not file.is_file():
@@ -233,7 +242,7 @@ def read_receptances(measured: Any, quantity: str | None = None) -> Receptances:
         if file.suffix.lower() in UNIVERSAL:
             return _joined(_universal(file, quantity), str(file))
         if file.suffix.lower() == ".csv":
-            return _csv(file, quantity)
+            return _csv(file, quantity, columns)
         measured = _arrays(file)
     if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
@@ -330,19 +339,17 @@ def _arrays(file: Path) -> Any:
     )
 
 
-def _csv(file: Path, quantity: str | None) -> Receptances:
-    try:
-        lines = [x for x in file.read_text(encoding="utf-8-sig").splitlines() if x.strip() and not x.startswith("#")]
-        split = ";" if lines and ";" in lines[0] else ","
-        head = [word.strip().strip('"') for word in lines[0].split(split)] if lines else []
-        rows = np.array([[float(cell) for cell in line.split(split)] for line in lines[1:]])
-    except (OSError, ValueError) as error:
-        raise InputError(Fault(str(file), "cannot be read as a table of numbers", remedy=str(error))) from None
-    if rows.ndim != 2 or rows.shape[1] != len(head):
+def _csv(file: Path, quantity: str | None, columns: object) -> Receptances:
+    found = read_columns(file, columns)
+    column, head = in_units(file, found, None), found.names
+    if gaps := [name for name, values in column.items() if not np.isfinite(values).all()]:
         raise InputError(
-            Fault(str(file), "lines of different lengths, or none", expected=f"{len(head)} numbers a line")
+            Fault((str(file), gaps[0]), "has cells that are no finite numbers", remedy="leave these lines out")
         )
-    column = dict(zip(head, rows.T, strict=True))
+    units = {found.units[name] for name in column if name not in ("omega", "frequency")}
+    if len(units) > 1:
+        remedy = "export them in one"
+        raise InputError(Fault(str(file), f"functions in several units, {enumerated(sorted(units))}", remedy=remedy))
     if "frequency" in column:
         column["omega"] = 2.0 * np.pi * column.pop("frequency")
     if "omega" not in column:

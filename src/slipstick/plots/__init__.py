@@ -16,7 +16,7 @@ _FIGURES = {
     "worn": "wear worn_surface",
     "stresses": "haigh",
     "passing": "run_up section spectrogram",
-    "study": "study_map study_curves percentile_band percentile_convergence",
+    "study": "study_map study_curves percentile_band percentile_convergence amplification_histogram worst_disc",
     "quantities": "abscissa_text",
     "style": "save_figure",
 }
@@ -53,10 +53,12 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.plots.points import states as states
     from slipstick.plots.quantities import abscissa_text as abscissa_text
     from slipstick.plots.stresses import haigh as haigh
+    from slipstick.plots.study import amplification_histogram as amplification_histogram
     from slipstick.plots.study import percentile_band as percentile_band
     from slipstick.plots.study import percentile_convergence as percentile_convergence
     from slipstick.plots.study import study_curves as study_curves
     from slipstick.plots.study import study_map as study_map
+    from slipstick.plots.study import worst_disc as worst_disc
     from slipstick.plots.style import save_figure as save_figure
     from slipstick.plots.tolerances import tolerance_band as tolerance_band
     from slipstick.plots.tolerances import tornado as tornado

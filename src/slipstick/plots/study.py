@@ -12,6 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import COLOURS, GREY, legend, log_scale, over_decades, styled
+from slipstick.results.amplification import amplification_percentiles, histogram_edges
 from slipstick.results.percentiles import (
     FEWEST,
     PERCENTILES,
@@ -301,7 +302,8 @@ def percentile_convergence(
     Parameters
     ----------
     samples
-        The dataset that ``slipstick.studies.mistuning.mistuning_study`` returns.
+        The dataset of a study with ``method = "mistuning"``, or what
+        ``slipstick.studies.mistuning.mistuning_study`` returns.
     percentiles
         In percent, between 0 and 100.
     ax
@@ -317,13 +319,7 @@ def percentile_convergence(
     InputError
         If it is no such dataset, all its samples failed, or a percentile is not between 0 and 100.
     """
-    if not is_dataset(samples, "amplification"):
-        raise InputError(f"nothing to draw: found {shown(samples)}; expected the dataset of a mistuning study")
-    asked = checked_percentiles(percentiles)
-    values = samples["amplification"].to_numpy()
-    values = values[np.isfinite(values)]
-    if not values.size:
-        raise InputError("nothing to draw: all samples failed")
+    values, asked = _amplifications(samples), checked_percentiles(percentiles)
     ax = styled(ax, "number of samples", "amplification")
     counts = np.unique(np.geomspace(1, values.size, _COUNTS).astype(int))
     fits = [n for n in counts.tolist() if n >= FEWEST and np.ptp(values[:n]) > 0.0]
@@ -337,6 +333,86 @@ def percentile_convergence(
         log_scale(ax, "x")
     legend(ax)
     return ax
+
+
+def amplification_histogram(samples: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
+    """How many discs of a mistuning study have which amplification, and where the percentiles are.
+
+    Parameters
+    ----------
+    samples
+        The dataset of a study with ``method = "mistuning"``.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        ``ax.patches`` are the bins; a line for each percentile: 50, 95 and 99 %.
+
+    Raises
+    ------
+    InputError
+        If it is no such dataset, or no disc has an amplification.
+    """
+    values = _amplifications(samples)
+    found = amplification_percentiles(samples)
+    ax = styled(ax, "amplification", "discs")
+    ax.hist(values, bins=histogram_edges(values).tolist(), color=COLOURS[0], alpha=0.6)
+    for percent, value, colour in zip(
+        found["percentile"].to_numpy(), found["amplification"].to_numpy(), COLOURS[1:], strict=False
+    ):
+        ax.axvline(value, color=colour, label=f"{percent:g} %: {value:.4g}")
+    legend(ax)
+    return ax
+
+
+def worst_disc(study: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
+    """Deviations of the blades of the disc with the largest amplitude in a mistuning study.
+
+    Parameters
+    ----------
+    study
+        The dataset of ``ss.study`` with ``method="mistuning"``, or ``study.nc``.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Returns
+    -------
+    Axes
+        ``ax.patches`` are the blades in their order; the title names the disc, and the output that moves most.
+
+    Raises
+    ------
+    InputError
+        If it is no such dataset, or no disc has an amplification.
+    """
+    data = _study(study)
+    values = _amplifications(data, every=True)
+    at = int(np.nanargmax(values))
+    one = data.isel(case=at)
+    deviations = [float(one[name]) for name in str(data.attrs["study_parameters"]).splitlines()]
+    worst = str(one["worst"].item())
+    ax = styled(ax, "blade", "deviation of stiffness")
+    bars = ax.bar(np.arange(len(deviations)), deviations, color=COLOURS[0], alpha=0.7)
+    sector = worst.rpartition("@")[2]
+    if sector.isdecimal() and int(sector) < len(deviations):
+        bars.patches[int(sector)].set(color=COLOURS[1], label=f"the blade of {worst}")
+        legend(ax)
+    ax.axhline(0.0, color=GREY, linewidth=0.6)
+    text = f"disc {int(one['case'])}, {worst}: amplification {values[at]:.4g}"
+    ax.set_title(text, fontsize="small", parse_math=False)
+    return ax
+
+
+def _amplifications(data: xarray.Dataset, *, every: bool = False) -> np.ndarray:
+    """Amplifications of a mistuning study, those that are not known left out unless ``every`` is asked for."""
+    if not is_dataset(data, "amplification"):
+        raise InputError(f"nothing to draw: found {shown(data)}; expected the dataset of a mistuning study")
+    values = data["amplification"].to_numpy()
+    if not np.isfinite(values).any():
+        raise InputError("nothing to draw: all samples failed")
+    return values if every else values[np.isfinite(values)]
 
 
 def _evenly(cases: np.ndarray, values: Mapping[int, float]) -> list[int]:

@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
 from slipstick.report.inputs import inputs_of_case
+from slipstick.results.amplification import TUNED, amplification_of, histogram_edges, is_mistuning, largest_alone
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
 from slipstick.results.view import followed_of, names_of, ranked, unit_of
 from slipstick.units import after_number
@@ -22,6 +23,8 @@ MOST_CURVES = 300
 MOST_POINTS = 400
 """Points of each curve in a page; peaks are among them."""
 
+_NAMED = 8
+"""Up to so many parameters are named one by one."""
 _NEEDED = ("peak_amplitude", "outcome", "message", "points", "seconds")
 
 
@@ -30,6 +33,9 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     names = str(study.attrs["study_parameters"]).splitlines()
     if not {*_NEEDED, *names} <= set(study.variables) or "case" not in study.variables:
         raise InputError("these are not the results of a study as 'slipstick study' writes them; compute them again")
+    scatter = _scatter(study) if is_mistuning(study) else None
+    if scatter is not None:
+        study, curves = largest_alone(study, curves)
     dims = study["case"].dims
     peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
     order = ranked(study, "dof", "peak_amplitude")
@@ -40,7 +46,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     return {
         **provenance(study.attrs),
         "inputs": inputs_of_case(str(study.attrs.get("case", ""))),
-        "method": f"{study.attrs.get('study_method', '')} over {', '.join(names)}",
+        "method": f"{study.attrs.get('study_method', '')} over {_listed(names)}",
         "grid": len(dims) > 1 or str(dims[0]) != "case",
         "parameters": [_parameter(study, name, dims) for name in names],
         "dofs": [
@@ -55,7 +61,28 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "cases": _cases(study),
         **_curves(curves, kept),
         "band": _band(study, curves, kept),
+        "scatter": scatter,
     }
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= _NAMED else f"{names[0]} to {names[-1]}"
+
+
+def _scatter(study: xarray.Dataset) -> dict[str, Any]:
+    """Amplifications of a mistuning study: of every disc, their histogram, percentiles and the worst disc."""
+    values = study["amplification"].to_numpy()
+    known = values[np.isfinite(values)]
+    bins = None
+    if known.size:
+        edges = histogram_edges(known)
+        bins = {"edges": edges.tolist(), "counts": np.histogram(known, edges)[0].tolist()}
+    told = amplification_of(study)
+    tuned = told.pop(TUNED)
+    return {
+        **told, "tuned": tuned if np.isfinite(tuned) else None, "bins": bins, "values": packed(values, "f8"),
+        "outputs": study["worst"].to_numpy().tolist(),
+    }  # fmt: skip
 
 
 def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> dict[str, Any] | None:

@@ -133,7 +133,7 @@ class StudyFolder:
     def todo(self, *, missing: bool = False) -> list[int]:
         """Cases of this share to be computed; ``missing``: also those that were, but did not complete."""
         done = [case for case, solved in self.cases.items() if solved.outcome.ok or not missing]
-        return [case for case in range(len(self.plan)) if case in self.share and case not in set(done)]
+        return [case for case in self.plan.order if case in self.share and case not in set(done)]
 
     def begin(self) -> None:
         """Open the journal of this share: a study that is killed before its first case can be gone on with."""
@@ -173,7 +173,9 @@ class StudyFolder:
         self.cases = self._read()  # with what other shares have computed by now
         dataset = self.dataset()
         try:
-            save_dataset(curves_dataset(self.job, self.cases, dataset.attrs), self.folder / CURVES_FILE)
+            save_dataset(
+                curves_dataset(self.job, _shown(self.plan, self.cases), dataset.attrs), self.folder / CURVES_FILE
+            )
             save_dataset(dataset, self.folder / STUDY_FILE)
         except OSError as error:
             raise _unwritable(self.folder, error) from None
@@ -215,6 +217,11 @@ def study_mark(job: Job, plan: StudyPlan) -> str:
     digest = sha256(text.encode())
     digest.update(plan.values.astype("<f8").tobytes())
     return digest.hexdigest()
+
+
+def _shown(plan: StudyPlan, cases: Mapping[int, CaseSolved]) -> dict[int, CaseSolved]:
+    """The cases along the parameters: all but the tuned disc."""
+    return {case: solved for case, solved in cases.items() if case != plan.tuned}
 
 
 def _unwritable(folder: Path, error: OSError) -> InputError:

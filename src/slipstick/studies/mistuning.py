@@ -13,10 +13,11 @@ from slipstick.analysis.curve.response import forced_response
 from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import number, shown, whole
-from slipstick.results.percentiles import FEWEST, WeibullMaxima
+from slipstick.faults import number, whole
+from slipstick.results.amplification import TUNED, amplification_percentiles
 from slipstick.results.schema import LARGEST
-from slipstick.structure.disc import MISTUNING, Disc
+from slipstick.structure.disc import MISTUNING
+from slipstick.studies.plan import MISTUNED, disc_of
 from slipstick.studies.study import study
 from slipstick.typing import Array, FrequencyRange
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.road.events import CaseDone, EventFunction
     from slipstick.results.solutions import Solutions
 
-PERCENTILES = (50.0, 95.0, 99.0)
+_KEPT = ("largest_amplitude", "amplification", "worst")
 _SAME = 1e-9
 
 
@@ -57,7 +58,7 @@ def mistuning_study(
         Standard deviation of the normal deviations, how many discs, and the seed: sample i is the same whatever the
         number of samples and of workers.
     options, workers, client, folder, listeners
-        As of ``ss.study``: ``listeners=ss.Progress()`` shows how many samples are done.
+        As of ``ss.study``: ``listeners=ss.Progress()`` shows how many discs are done, the tuned one among them.
 
     Returns
     -------
@@ -74,41 +75,29 @@ def mistuning_study(
     """
     import xarray
 
-    disc = _disc(problem)
-    spread, samples = number("spread", spread, "a number > 0", above=1e-300), whole("samples", samples, 1)
-    seeds = np.random.SeedSequence(whole("seed", seed)).spawn(samples)
-    deviations = np.array([np.random.default_rng(own).normal(0.0, spread, disc.sectors) for own in seeds])
-    plain = problem.with_parameter(MISTUNING, 1.0)
+    disc_of(problem)
     found = study(
-        plain, {f"stiffness@{s}": deviations[:, s].tolist() for s in range(disc.sectors)}, method="list", omega=omega,
-        peaks_of=LARGEST, options=options, workers=workers, client=client, folder=folder,
-        listeners=listeners,
+        problem, method=MISTUNED, samples=samples, seed=seed, spread=spread, omega=omega, options=options,
+        workers=workers, client=client, folder=folder, listeners=listeners,
     )  # fmt: skip
-    sizes = found["peak_amplitude"].to_numpy()
-    known = np.isfinite(sizes).any(axis=1)
-    at = np.where(known, np.nanargmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=1), 0)
-    row = np.arange(samples)
-    largest = np.where(known, sizes[row, at], np.nan)
-    tuned = _highest(forced_response(problem.with_parameter(MISTUNING, 0.0), omega=omega, peaks_of=LARGEST))
-    amplification = largest / tuned
-    sound = amplification[np.isfinite(amplification)]
+    names = str(found.attrs["study_parameters"]).splitlines()
+    place = found["peak_omega"].max("dof").to_numpy()  # one is sought, the others are nan
     out = xarray.Dataset(
         {
-            "largest_amplitude": ("sample", largest, dict(found["peak_amplitude"].attrs)),
-            "amplification": ("sample", amplification, {"units": "1", "long_name": "largest over tuned amplitude"}),
-            "worst": ("sample", np.array([str(found["dof"].to_numpy()[i]) for i in at])),
-            "omega": ("sample", np.where(known, found["peak_omega"].to_numpy()[row, at], np.nan)),
-            "deviation": (("sample", "sector"), deviations),
+            **{name: ("sample", found[name].to_numpy(), dict(found[name].attrs)) for name in _KEPT},
+            "omega": ("sample", place),
+            "deviation": (("sample", "sector"), np.stack([found[name].to_numpy() for name in names], axis=1)),
         },
-        coords={"sample": row, "sector": np.arange(disc.sectors), "percentile": list(PERCENTILES)},
-        attrs={"tuned_amplitude": tuned, "spread": spread, "seed": seed, "failed": int(samples - sound.size)},
+        coords={"sample": np.arange(found.sizes["case"]), "sector": np.arange(len(names))},
+        attrs={TUNED: found.attrs[TUNED], "spread": found.attrs["study_spread"], "seed": found.attrs["study_seed"]},
     )
-    if sound.size:
-        out["amplification_percentile"] = "percentile", np.percentile(sound, PERCENTILES)
-    if sound.size >= FEWEST:
-        fit = WeibullMaxima.fitted(sound)
-        out["fitted_percentile"] = "percentile", [fit.percentile(p) for p in PERCENTILES]
-        out.attrs |= {"weibull_shape": fit.shape, "weibull_place": fit.place, "weibull_scale": fit.scale}
+    percentiles = amplification_percentiles(found)
+    out = out.assign_coords(percentile=percentiles["percentile"])
+    for name, kept in (("amplification", "amplification_percentile"), ("fitted", "fitted_percentile")):
+        if name in percentiles:
+            out[kept] = percentiles[name]
+    failed = out.sizes["sample"] - percentiles.attrs.pop("samples")
+    out.attrs |= {"failed": failed, **percentiles.attrs}
     return out
 
 
@@ -151,7 +140,7 @@ def worst_pattern(
     InputError
         For a structure without deviations, and where no curve has a peak in the range.
     """
-    disc, bound = _disc(problem), number("bound", bound, "a number > 0", above=1e-300)
+    disc, bound = disc_of(problem), number("bound", bound, "a number > 0", above=1e-300)
     names = [f"stiffness@{s}" for s in range(disc.sectors)]
     found = problem.with_parameter(MISTUNING, 1.0)
     current = np.clip(disc.deviations, -bound, bound)
@@ -180,14 +169,6 @@ def worst_pattern(
     return WorstPattern(
         deviations=current, dof=dof, omega=at, amplitude=history[-1], amplitudes=tuple(history), problem=branch.problem
     )
-
-
-def _disc(problem: Any) -> Disc:
-    structure = getattr(problem, "structure", None)
-    if not isinstance(structure, Disc) or structure.blade is None:
-        expected = "the problem of a disc, sector.mistuned(blade=...).problem(...)"
-        raise InputError(Fault("problem", found=shown(structure), expected=expected))
-    return structure
 
 
 def _curve(

@@ -13,7 +13,8 @@ import numpy as np
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
-from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
+from slipstick.faults import MOST_ITEMS, Gathering, number, shown, suggestion, table, text, whole
+from slipstick.structure.disc import MISTUNING, Disc
 from slipstick.studies.parameter_values import Distribution, Range, is_distribution, parameter_values, sampled
 from slipstick.typing import Array
 
@@ -24,9 +25,10 @@ if TYPE_CHECKING:
 STUDY = ("study",)
 """Path of faults in a study."""
 _EXPECTED = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
-METHODS = ("grid", "list", "random", "latin-hypercube", "sobol", "saltelli")
-SAMPLED = METHODS[2:]
-EVENLY = METHODS[4:]
+MISTUNED = "mistuning"
+METHODS = ("grid", "list", "random", "latin-hypercube", "sobol", "saltelli", MISTUNED)
+SAMPLED = METHODS[2:6]
+EVENLY = METHODS[4:6]
 """Those of Sobol's sequence, which fills the ranges evenly for powers of two."""
 _EACH = 200
 """Up to so many values of a parameter are tried one by one before anything is computed; of more, the two ends."""
@@ -46,6 +48,8 @@ class StudyPlan:
         Of a grid, the values along each parameter: cases are its points, the last parameter fastest. Else empty.
     method, seed
         How the values were chosen.
+    spread
+        Of discs with random blades, the standard deviation of their deviations; the last case is the tuned disc.
     distributions
         Of samples, what each parameter was drawn from, in words.
     warnings
@@ -57,11 +61,27 @@ class StudyPlan:
     axes: tuple[Array, ...]
     method: str
     seed: int
+    spread: float | None = None
     distributions: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.values)
+
+    @property
+    def tuned(self) -> int | None:
+        """Of discs with random blades, the case of the tuned disc, which amplitudes are related to."""
+        return None if self.spread is None else len(self) - 1
+
+    @property
+    def size(self) -> int:
+        """The number of cases along the parameters: all but the tuned disc."""
+        return len(self) if self.tuned is None else self.tuned
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The cases in the order in which they are computed: the tuned disc first."""
+        return (*(() if self.tuned is None else (self.tuned,)), *range(self.size))
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -71,15 +91,22 @@ class StudyPlan:
     @property
     def shape(self) -> tuple[int, ...]:
         """Their lengths."""
-        return tuple(axis.size for axis in self.axes) if self.axes else (len(self),)
+        return tuple(axis.size for axis in self.axes) if self.axes else (self.size,)
 
     def problem(self, base: Problem, case: int) -> Problem:
         """The problem of one case; raises InputError where its values are not allowed together."""
-        return base.at_parameters(dict(zip(self.names, self.values[case].tolist(), strict=True)))
+        factor = {} if self.spread is None else {MISTUNING: 1.0}
+        return base.at_parameters({**factor, **dict(zip(self.names, self.values[case].tolist(), strict=True))})
 
 
 def make_plan(
-    problem: Problem, parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
+    problem: Problem,
+    parameters: object,
+    *,
+    method: object = "grid",
+    samples: object = None,
+    seed: object = 0,
+    spread: object = None,
 ) -> StudyPlan:
     """The cases of a study.
 
@@ -90,12 +117,14 @@ def make_plan(
         thing: all faults at once.
     """
     gathering = Gathering()
-    arguments = _checked_arguments(gathering, problem, parameters, method, samples, seed)
+    arguments = _checked_arguments(gathering, problem, parameters, method, samples, seed, spread)
     gathering.end()
+    if arguments.method == MISTUNED:
+        return _mistuned(problem, arguments.size, arguments.seed, arguments.spread)
     order = sorted(arguments.parts, key=lambda name: _is_derived(problem, name))
     plan = _plan(order, arguments.parts, arguments.method, arguments.size, arguments.seed)
-    spread = {name for name in plan.names if isinstance(arguments.parts[name], Distribution)}
-    warned = [*plan.warnings, *_allowed(problem, plan, spread), *product_warnings(problem, plan.names)]
+    drawn = {name for name in plan.names if isinstance(arguments.parts[name], Distribution)}
+    warned = [*plan.warnings, *_allowed(problem, plan, drawn), *product_warnings(problem, plan.names)]
     for name, values in zip(plan.names, plan.values.T, strict=True):
         load = problem.parameter_target(name).load
         if load is not None and name.endswith("phase"):
@@ -104,11 +133,11 @@ def make_plan(
 
 
 def study_faults(
-    parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
+    parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0, spread: object = None
 ) -> list[Fault]:
     """What is wrong with a study whose problem is not known."""
     gathering = Gathering()
-    _checked_arguments(gathering, None, parameters, method, samples, seed)
+    _checked_arguments(gathering, None, parameters, method, samples, seed, spread)
     return gathering.faults
 
 
@@ -120,31 +149,54 @@ class _Arguments(NamedTuple):
     method: str
     size: int
     seed: int
+    spread: float
 
 
 def _checked_arguments(
-    gathering: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any
+    gathering: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any, spread: Any
 ) -> _Arguments:
     """The arguments, checked, also against the problem where there is one."""
-    values = gathering.take(table, STUDY, parameters, _EXPECTED) or {}
     method = gathering.take(_method, method)
+    mistuned, drawn = method == MISTUNED, method in (*SAMPLED, MISTUNED)
+    absent = mistuned and parameters is None
+    values = {} if absent else gathering.take(table, STUDY, parameters, _EXPECTED) or {}
     seed = gathering.take(whole, (*STUDY, "seed"), seed, 0)
-    if not values and not gathering.faults:
+    if mistuned:
+        gathering.faults += [
+            Fault(
+                (*STUDY, name), f'it is given, but method = "{MISTUNED}" varies the blades alone', remedy="leave it out"
+            )
+            for name in values
+        ]
+        if problem is not None:
+            gathering.take(disc_of, problem)
+        values = {}
+    elif not values and not gathering.faults:
         gathering.faults.append(Fault(STUDY, "no parameter is given", remedy=f"give {_EXPECTED}"))
     if problem is not None:
         known = [name for name in values if gathering.take(_is_known, problem, name)]
         if known:
             gathering.take(_distinct, problem, known)
     where = (*STUDY, "samples")
-    if method in SAMPLED and samples is None:
+    if drawn and samples is None:
         gathering.faults.append(Fault(where, IS_MISSING, remedy=f'method = "{method}" needs it, such as samples = 64'))
-    elif method is not None and method not in SAMPLED and samples is not None:
+    elif method is not None and not drawn and samples is not None:
         said = f'it is given, but method = "{method}" counts the values of its parameters'
         gathering.faults.append(Fault(where, said, remedy="leave it out"))
-    count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
+    count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if drawn and samples is not None else 1
+    where, deviation = (*STUDY, "spread"), 0.0
+    if mistuned and spread is None:
+        gathering.faults.append(
+            Fault(where, IS_MISSING, remedy=f'method = "{MISTUNED}" needs it, such as spread = 0.01')
+        )
+    elif mistuned:
+        deviation = gathering.take(lambda: number(where, spread, "a number > 0, such as 0.01", above=1e-300)) or 0.0
+    elif method is not None and spread is not None:
+        said = f'it is given, but it is that of blades with method = "{MISTUNED}"'
+        gathering.faults.append(Fault(where, said, remedy="leave it out"))
     read = sampled if method in SAMPLED else _listed_values
     parts = {name: gathering.take(read, (*STUDY, name), value) for name, value in values.items()}
-    return _Arguments(parts, str(method), count or 1, int(seed or 0))
+    return _Arguments(parts, str(method), count or 1, int(seed or 0), deviation)
 
 
 def _listed_values(where: tuple[str, ...], value: object) -> Array:
@@ -176,6 +228,28 @@ def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: 
         raise InputError(Fault(STUDY, found=f"{count} cases", expected=f"at most {MOST_ITEMS}"))
     grid = np.meshgrid(*axes, indexing="ij")
     return StudyPlan(values=np.stack([axis.ravel() for axis in grid], axis=1), axes=tuple(axes), **common)
+
+
+def disc_of(problem: Any) -> Disc:
+    """The disc of a problem; raises InputError where it has none whose blades may differ."""
+    structure = getattr(problem, "structure", None)
+    if not isinstance(structure, Disc) or structure.blade is None:
+        expected = (
+            "the problem of a disc, sector.mistuned(blade=...).problem(...), in a case file mistuning in [structure]"
+        )
+        raise InputError(Fault("problem", found=shown(structure), expected=expected))
+    return structure
+
+
+def _mistuned(problem: Problem, samples: int, seed: int, spread: float) -> StudyPlan:
+    """Discs whose blades differ at random, each with a seed of its own, and the tuned one after them."""
+    sectors = disc_of(problem).sectors
+    seeds = np.random.SeedSequence(seed).spawn(samples)
+    deviations = [np.random.default_rng(own).normal(0.0, spread, sectors) for own in seeds]
+    return StudyPlan(
+        names=tuple(f"stiffness@{s}" for s in range(sectors)), values=np.array([*deviations, np.zeros(sectors)]),
+        axes=(), method=MISTUNED, seed=seed, spread=spread, distributions=(f"norm(0, {spread:.9g})",) * sectors,
+    )  # fmt: skip
 
 
 def _samples(marginals: Sequence[Range | Distribution], method: str, count: int, seed: int) -> Array:

@@ -127,9 +127,11 @@ def _peaks(values: Mapping[str, Any], followed: str, branch: Solutions) -> dict[
     amplitude, dofs = values["amplitude"], np.arange(values["amplitude"].shape[1])
     top, alone = amplitude.argmax(axis=0), branch.sought("largest_of")
     sought = alone | branch.sought("peaks_of")
+    own = values["peak_dof"][top]
+    peak = np.where(alone, (top > 0) & (top < len(amplitude) - 1), own == dofs)
     if branch.table.attrs.get("peaks_of") == LARGEST and not sought.any():
         sought = dofs == amplitude.max(axis=0).argmax()
-    peak = np.where(alone, (top > 0) & (top < len(amplitude) - 1), values["peak_dof"][top] == dofs)
+        peak = own >= 0  # whichever of equal blades it was located of
     told = {}
     if "stable" in values:
         told = {"peak_stable": values["stable"][top], "unstable_points": int(np.sum(values["stable"] == 0))}

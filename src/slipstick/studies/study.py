@@ -14,8 +14,10 @@ from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import listed, one, path, truth, warn, whole, wrong
+from slipstick.results.schema import LARGEST
+from slipstick.structure.disc import MISTUNING
 from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
-from slipstick.studies.plan import StudyPlan, make_plan
+from slipstick.studies.plan import MISTUNED, StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import study_attributes, study_dataset
 from slipstick.studies.workers import solutions
@@ -40,6 +42,7 @@ def study(
     method: str = "grid",
     samples: int | None = None,
     seed: int = 0,
+    spread: float | None = None,
     peaks_of: Names = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     stability: StabilityRequest = False,
@@ -63,7 +66,10 @@ def study(
         First and last frequency, of a problem.
     method
         "grid": every combination; "list": the values side by side; "latin-hypercube" and "sobol": ``samples`` points in
-        the ranges, the same for the same ``seed``.
+        the ranges, the same for the same ``seed``; "mistuning": ``samples`` discs whose blades differ at random.
+    spread
+        Of "mistuning", the standard deviation of the relative stiffness of the blades; it needs no parameters. The
+        deviations of the problem itself are not used.
     stability
         As in ``ss.forced_response``: ``peak_stable`` and ``unstable_points`` of every case, ``stable`` along its curve.
     peaks_of, options
@@ -85,8 +91,10 @@ def study(
     -------
     xarray.Dataset
         ``peak_amplitude``, ``peak_omega`` over the parameters and ``dof``, ``outcome``, ``message`` and work over the
-        parameters, which are coordinates: dimensions of a grid, else along ``case``. A case that fails is there with
-        its outcome. After Ctrl-C the cases computed so far are kept in the folder, where there is one.
+        parameters, which are coordinates: dimensions of a grid, else along ``case``. Of "mistuning" also
+        ``largest_amplitude``, ``amplification`` (over that of the tuned disc) and ``worst`` (the output), and the
+        attribute ``tuned_amplitude``. A case that fails is there with its outcome. After Ctrl-C the cases computed so
+        far are kept in the folder, where there is one.
 
     Raises
     ------
@@ -106,8 +114,9 @@ def study(
     [16.76, 18.25]
     """
     job, about = job_of(problem, omega, peaks_of, options, stability)
-    plan = getattr(problem, "plan", None) if parameters is None else None
-    plan = plan or make_plan(job.problem, parameters, method=method, samples=samples, seed=seed)
+    plan = getattr(problem, "plan", None) if parameters is None and method != MISTUNED else None
+    plan = plan or make_plan(job.problem, parameters, method=method, samples=samples, seed=seed, spread=spread)
+    job = job_for(job, plan)
     if workers is not None:
         workers = whole(("study", "workers"), workers, 1, _MOST_WORKERS)
     if client is not None and not hasattr(client, "submit"):
@@ -141,7 +150,7 @@ def _in_memory(
     job: Job, plan: StudyPlan, heard: Listeners, workers: int | None, client: Client | None
 ) -> dict[int, CaseSolved]:
     cases: dict[int, CaseSolved] = {}
-    for solved in solutions(job, plan, range(len(plan)), workers=workers, client=client):
+    for solved in solutions(job, plan, plan.order, workers=workers, client=client):
         cases[solved.row["case"]] = solved
         _tell(heard, plan, solved, len(cases), len(plan))
     return cases
@@ -168,6 +177,25 @@ def _listeners(listeners: object) -> Listeners:
         if not callable(listener):
             raise wrong(("study", "listeners"), listener, "a function of one event, or a list of them")
     return functions
+
+
+def job_for(job: Job, plan: StudyPlan, room: str = "study") -> Job:
+    """The computation of a plan: of discs with random blades the largest amplitude of all outputs is sought.
+
+    Raises
+    ------
+    InputError
+        If other peaks are asked for, or the deviations themselves are followed.
+    """
+    if plan.tuned is None:
+        return job
+    if job.peaks_of not in (None, LARGEST):
+        said = f'method = "{MISTUNED}" locates the largest amplitude of all outputs'
+        raise InputError(Fault((room, "peaks_of"), said, remedy='leave it out, or give "largest"'))
+    if job.parameter in (MISTUNING, *plan.names):
+        said = f"'{job.parameter}' is followed, but method = \"{MISTUNED}\" draws the deviations"
+        raise InputError(Fault((room, "parameter"), said, remedy="follow the frequency or another parameter"))
+    return replace(job, peaks_of=LARGEST)
 
 
 def job_of(

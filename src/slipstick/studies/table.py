@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.errors import Outcome
+from slipstick.results.amplification import TUNED, with_amplification
 from slipstick.results.schema import ANALYSIS, Declared, Layout, attributes_of, make_table, unit_in
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
@@ -67,21 +68,22 @@ def study_dataset(job: Job, plan: StudyPlan, cases: Cases, attributes: Mapping[s
     rows = np.full((len(plan), layout.size), np.nan)
     for case, solved in cases.items():
         rows[case] = layout.pack({**solved.row, **_values(plan, case)})
-    flat, dims, shape = layout.unpack(rows), plan.dims, plan.shape
-    flat["case"] = np.arange(len(plan))
-    flat["message"] = np.array([cases[i].message if i in cases else "" for i in range(len(plan))], dtype=np.str_)
+    flat, dims, shape = layout.unpack(rows[: plan.size]), plan.dims, plan.shape
+    flat["case"] = np.arange(plan.size)
+    flat["message"] = np.array([cases[i].message if i in cases else "" for i in range(plan.size)], dtype=np.str_)
     variables: dict[str, Any] = {}
     for name, values in flat.items():
         declared = layout.variables.get(name, Declared((), "1", "how the case ended, in words"))
         about = {"units": declared.units, "long_name": declared.long_name}
         variables[name] = ((*dims, *declared.dims), values.reshape(*shape, *values.shape[1:]), about)
     coords: dict[str, Any] = {"dof": ("dof", np.array(layout.labels["dof"], dtype=np.str_), {"long_name": "dof"})}
-    for name, axis in zip(plan.names, plan.axes or plan.values.T, strict=True):
+    for name, axis in zip(plan.names, plan.axes or plan.values[: plan.size].T, strict=True):
         about = variables.pop(name)[2]
         coords[name] = (name if plan.axes else "case", axis, about)
     if not plan.axes:
         coords["case"] = variables.pop("case")
-    return xarray.Dataset(variables, coords=coords, attrs=dict(attributes))
+    found = xarray.Dataset(variables, coords=coords, attrs=dict(attributes))
+    return found if plan.tuned is None else with_amplification(found)
 
 
 def _values(plan: StudyPlan, case: int) -> dict[str, float]:
@@ -115,12 +117,37 @@ def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str,
         f", {failed} of them did not complete" if failed else ""
     )
     said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(cases) for w in cases[case].warnings)]))
+    tuned = {}
+    if plan.tuned is not None:
+        text += ", the tuned disc among them" if plan.tuned in cases else ", the tuned disc not yet"
+        tuned = {TUNED: _largest(cases.get(plan.tuned)), "study_spread": plan.spread}
+        said[:0] = _doubts(plan, cases)
     outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(cases) < len(plan) else Outcome.FAILED
     made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], analysis="study", parameter=job.parameter)
     drawn = "\n".join(f"{name}: {d}" for name, d in zip(plan.names, plan.distributions, strict=False))
     sampled = {"study_seed": plan.seed, "study_distributions": drawn} if plan.distributions else {}
-    about = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}
+    about = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled, **tuned}
     return {**made, **about, **more}
+
+
+def _largest(solved: CaseSolved | None) -> float:
+    """The largest amplitude of a complete case; else nan."""
+    sizes = np.asarray(
+        [] if solved is None or not solved.outcome.ok else solved.row.get("peak_amplitude", []), dtype=float
+    )
+    return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else float("nan")
+
+
+def _doubts(plan: StudyPlan, cases: Cases) -> Iterator[str]:
+    """Warnings of a tuned disc that failed, and of discs that move most at an end of the range."""
+    tuned = None if plan.tuned is None else cases.get(plan.tuned)
+    if tuned is not None and not tuned.outcome.ok:
+        yield f"study: no amplification is known, as the tuned disc did not complete: {tuned.message}"
+    ends = {n for n, solved in cases.items() if 0 in np.asarray(solved.row.get("peak_located", -1))}
+    if plan.tuned in ends:
+        yield "study: the largest amplitude of the tuned disc is at an end of the range; widen the range"
+    if few := len(ends - {plan.tuned}):
+        yield f"study: the largest amplitude of {few} of {plan.size} discs is at an end of the range; widen the range"
 
 
 MOST_WARNINGS = 20

@@ -86,9 +86,9 @@ def test_what_is_wrong_is_said(tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("freq,x\n8.0,0.1\n", ("has the columns freq, x, of which 'freq'", "did you mean 'frequency'?")),
-        ("omega,disp\n8.0,0.1\n", ("has the columns omega, disp, of which 'disp'", "dofs are x")),
-        ("omega\n8.0\n", ("has the columns omega, of which none is a dof", "omega (rad/s) or frequency (Hz)")),
+        ("freq,x\n8.0,0.1\n", ("the columns are freq, x", "did you mean 'frequency'?")),
+        ("omega,disp\n8.0,0.1\n", ("the columns are omega, disp", "dofs are x")),
+        ("omega\n8.0\n", ("has no column of a dof; the columns are omega", "omega (rad/s) or frequency (Hz)")),
         ("# a rig\n\nomega x\n8.0 0.1\n", ("line 4", "commas or semicolons")),
     ],
 )

@@ -14,10 +14,12 @@ from helpers.study_case import CASE
 from typer.testing import Result
 
 import slipstick as ss
+from slipstick.case.case import Case
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.studies import solving, together
 from slipstick.studies.folder import StudyFolder
+from slipstick.studies.mistuning import mistuning_study
 
 BARE = ("--no-figures", "--workers", "1")
 
@@ -197,3 +199,65 @@ def test_run_and_check_say_what_the_table_is_for(case: Path) -> None:
     result = slipstick("run", case, "-o", case.parent / "run", "--no-figures", "--no-report")
     assert result.exit_code == 0
     assert "[study] is for 'slipstick study'; this computes the case itself" in told(result)
+
+
+DISC = """
+format = 1
+title = "four blades"
+harmonics = [0, 1, 3]
+
+[structure]
+kind = "disc"
+dofs = ["tip"]
+sectors = 4
+engine_order = 1
+mass = [[1.0]]
+stiffness = [[[1.04]], [[-0.02]]]
+loss_factor = 4e-3
+mistuning = { blade = [[1.0]], spread = 0.5, seed = 9 }
+
+[[load]]
+dof = "tip"
+cos = 1.0
+
+[[contact]]
+name = "shroud"
+tangential = { "tip" = 1.0, "tip@next" = -1.0 }
+kt = 0.03
+mu = 0.3
+normal_load = 2.0
+
+[response]
+from = 0.99
+to = 1.1
+
+[study]
+method = "mistuning"
+samples = 2
+spread = 0.02
+seed = 4
+"""
+
+
+def test_discs_whose_blades_differ(tmp_path: Path) -> None:
+    """The numbers of the study in Python, on the terminal, in the results, in JSON and in the report."""
+    path, out = tmp_path / "disc.toml", tmp_path / "out"
+    path.write_text(DISC)
+    check = slipstick("check", path)
+    assert "2 discs whose blades differ at random (spread 0.02" in told(check)
+    first = slipstick("study", path, "-o", out, "--time-limit", "1e-6 s", *BARE)
+    assert (first.exit_code, "1 of 3 cases" in load_dataset(out / "study.nc").attrs["outcome_text"]) == (1, True)
+    result = slipstick("resume", out, "--workers", 1, "--json")
+    answer = json.loads(result.stdout)
+    problem, given = Case.from_file(path).problem(), {"omega": (0.99, 1.1), "spread": 0.02, "samples": 2, "seed": 4}
+    known = mistuning_study(problem, workers=1, **given)  # type: ignore[arg-type]
+    data = load_dataset(out / "study.nc")
+    assert data["amplification"].to_numpy().tolist() == known.amplification.to_numpy().tolist()
+    assert data["worst"].to_numpy().tolist() == known.worst.to_numpy().tolist()
+    found, worst = answer["amplification"], int(known.amplification.argmax("sample"))
+    assert (answer["cases"], found["discs"], found["worst"]["case"]) == (3, 2, worst)
+    assert found["percentiles"]["50"] == float(known.amplification_percentile[0])
+    assert found["worst"]["deviations"] == known.deviation[worst].to_numpy().tolist()
+    assert found["worst"]["omega"] == float(known.omega[worst])
+    assert {"amplification.png", "percentiles.png", "worst.png"} <= {file.name for file in out.iterdir()}
+    assert f"worst disc: case {worst}" in told(result)

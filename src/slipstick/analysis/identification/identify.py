@@ -20,6 +20,7 @@ import numpy as np
 from slipstick.analysis.identification.descent import FAR, Descent, End, explained, weighted
 from slipstick.analysis.identification.fit_request import FitRequest, fit_in_time, fit_request
 from slipstick.analysis.identification.identification import IN_NOISE, Identification, result_of, statistics_of
+from slipstick.analysis.identification.measured import dataset_of
 from slipstick.analysis.identification.search import Tried, compared_starts, further_ends, mistakes_in
 from slipstick.analysis.road.events import EventFunction
 from slipstick.balance.parameters import product_warnings
@@ -38,6 +39,7 @@ def identify(
     relative_noise: float | None = None,
     starts: int = 1,
     seed: int = 0,
+    columns: Mapping[str, str] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Identification:
     """Fit named parameters to what was measured: frequency responses, loops, backbones, time series.
@@ -80,7 +82,10 @@ def identify(
 
         The columns of a .csv file are ``omega`` (or ``frequency``, Hz), names of dofs for amplitudes ("x"), or with a
         coefficient ("x.c1"), and parameters; or ``loop``, ``displacement``, ``force``; or ``peak_omega`` (or
-        ``peak_frequency``, Hz), ``modal_amplitude`` and the others; or ``time``, s, with names of dofs.
+        ``peak_frequency``, Hz), ``modal_amplitude`` and the others; or ``time``, s, with names of dofs. Files of test
+        rigs are read too: lines of their own before the names, semicolons or tabs with decimal commas, and units, in
+        brackets after the names or in a line below them: frequencies, and lengths, forces and times, which are
+        converted to the units of the problem.
     parameters
         Values to begin at by names as of ``parameter_response``; names alone begin at the problem's values.
     bounds
@@ -98,6 +103,9 @@ def identify(
         the bounds or within a factor of 10 of the start given, and the fit is repeated from up to 3 of them.
     seed
         Of the spread.
+    columns
+        Of a .csv file with other names: what the columns are, ``{"x": "Disp ch3", "frequency": "f"}``; these alone are
+        read.
     listeners
         Told of each evaluation: ``listeners=ss.Progress()``. After Ctrl-C, or where one of them ends it, the result has
         the best values so far, if a step was made, and says so.
@@ -138,6 +146,8 @@ def identify(
     >>> {name: round(value, 8) for name, value in fit.values.items()}
     {'damper.kt': 100.0, 'damper.mu': 0.3}
     """
+    if columns is not None:
+        measured = dataset_of(problem, measured, columns)
     request = fit_request(problem, measured, parameters, bounds, noise, relative_noise, starts, seed, listeners)
     told = [*product_warnings(problem, request.names), *request.measured.notes]
     try:

@@ -14,6 +14,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, enumerated, names, numbers, path, shown, suggestion, whole, wrong
 from slipstick.quantities import FREQUENCIES
+from slipstick.results.measured_columns import in_units, read_columns
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.typing import Array
 
@@ -35,10 +36,12 @@ def conditions_at(
     return problem.at_parameters({**dict(zip(names, p, strict=True)), **set_there})
 
 
-def dataset_of(problem: Problem, measured: Any) -> xarray.Dataset:
+def dataset_of(problem: Problem, measured: Any, columns: object = None) -> xarray.Dataset:
     """A dataset, given or read from a file; raises InputError for anything else."""
     if isinstance(measured, str | Path):
-        measured = read_file(problem, path("measured", measured))
+        measured = read_file(problem, path("measured", measured), columns)
+    elif columns is not None:
+        raise InputError(Fault("columns", "are those of a .csv file", remedy="leave them out"))
     if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
     return measured
@@ -447,39 +450,22 @@ def _series(problem: Problem, tau: Array) -> Array:
     return H
 
 
-def read_file(problem: Problem, file: Path) -> xarray.Dataset:
+def read_file(problem: Problem, file: Path, columns: object = None) -> xarray.Dataset:
     """Dataset from a netCDF file, or from a CSV file with the columns described in ``identify``."""
     if not file.is_file():
         raise InputError(Fault("measured", f"there is no file {file}"))
     if file.suffix == ".nc":
+        if columns is not None:
+            raise InputError(Fault("columns", "are those of a .csv file", remedy="leave them out"))
         return foreign_dataset(file)
-    return _from_csv(problem, file)
+    return _from_csv(problem, file, columns)
 
 
-def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
+def _from_csv(problem: Problem, file: Path, columns: object) -> xarray.Dataset:
     import xarray
 
-    try:
-        text = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault(str(file), "cannot be read as text", remedy=str(error))) from None
-    lines = [(n, line) for n, line in enumerate(text, 1) if line.strip() and line[0] != "#"]
-    split = ";" if lines and ";" in lines[0][1] else ","
-    head = [word.strip().strip('"') for word in lines[0][1].split(split)] if lines else []
-    rows = []
-    for number, line in lines[1:]:
-        cells = line.split(split)
-        try:
-            rows.append([float(cell) if cell.strip() else np.nan for cell in cells])
-        except ValueError as error:
-            raise InputError(
-                Fault((str(file), f"line {number}"), str(error), expected="numbers, with commas or semicolons between")
-            ) from None
-        if len(cells) != len(head):
-            raise InputError(Fault((str(file), f"line {number}"), f"{len(cells)} cells", expected=str(len(head))))
-    if not rows:
-        raise InputError(Fault(str(file), "holds no rows of numbers", expected="a line of names, then numbers"))
-    column = dict(zip(head, np.array(rows).T, strict=True))
+    found = read_columns(file, columns)
+    column, head = in_units(file, found, problem.units), found.names
     if "frequency" in column:
         column["omega"] = 2.0 * np.pi * column.pop("frequency")
     if "peak_frequency" in column:
@@ -504,7 +490,7 @@ def _from_csv(problem: Problem, file: Path) -> xarray.Dataset:
     if coefficients:
         dofs = list(dict.fromkeys(dof for dof, _ in coefficients))
         labels = [label for label in known if any(label == other for _, other in coefficients)]
-        missing = np.full(len(rows), np.nan)
+        missing = np.full(len(next(iter(column.values()))), np.nan)
         cube = np.array([[coefficients.get((d, label), missing) for label in labels] for d in dofs]).transpose(2, 0, 1)
         variable = {"displacement": (("point", "dof", "coefficient"), cube)}
         return xarray.Dataset({**variable, **point}, coords={"dof": dofs, "coefficient": labels})

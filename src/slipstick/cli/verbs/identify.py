@@ -70,7 +70,8 @@ def identify(
         listeners = (lambda event: display.search((event.text,)), Clock(options.until))
         found = quietly(
             identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
-            relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, listeners=listeners,
+            relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, columns=table.columns,
+            listeners=listeners,
         )  # fmt: skip
     for sentence in found.warnings:
         warn_user(sentence)

@@ -31,6 +31,7 @@ from slipstick.units import after_number, unit_of_dof
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.case.case import Case
     from slipstick.runs.study import Spread, StudyRun
     from slipstick.studies.folder import Share
     from slipstick.studies.solving import CaseSolved
@@ -151,6 +152,7 @@ def _share_summary(run: StudyRun) -> int:
 
 def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
     from slipstick.cli.verbs.report import report_study
+    from slipstick.results.amplification import is_mistuning
     from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
 
     place, path, failure = run.folder, run.folder.folder, run.failure
@@ -162,7 +164,7 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
     reported = (
         options.report and bool(place.cases) and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
     )
-    for line in (*_largest(data), *_spread(data), *_indices(data)):
+    for line in _scatter(run.case, data) if is_mistuning(data) else (*_largest(data), *_spread(data), *_indices(data)):
         options.tell(line)
     warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
     for sentence in warned[:1]:
@@ -181,22 +183,31 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
 
 
 def _draw(data: xarray.Dataset, folder: Path) -> None:
-    """Map of the peaks of a study over its first parameters, and its curves by the first."""
+    """Map of the peaks of a study over its first parameters, and its curves by the first; of discs their scatter."""
     import numpy as np
 
     from slipstick import plots
     from slipstick.io.loading import load_dataset
     from slipstick.plots.style import titled
+    from slipstick.results.amplification import is_mistuning, largest_alone
     from slipstick.results.percentiles import is_sampled
     from slipstick.studies.folder import CURVES_FILE
 
     if not bool(data["peak_amplitude"].notnull().any()):
         return
+    all_curves, scatter = load_dataset(folder / CURVES_FILE), {}
+    if is_mistuning(data):
+        if bool(data["amplification"].notnull().any()):
+            scatter = {
+                "amplification": plots.amplification_histogram(data),
+                "percentiles": plots.percentile_convergence(data),
+                "worst": plots.worst_disc(data),
+            }
+        data, all_curves = largest_alone(data, all_curves)
     dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
-    curves = plots.study_curves(load_dataset(folder / CURVES_FILE), data, dof)
-    drawn = {"map": plots.study_map(data, dof), "curves": curves}
+    drawn = {"map": plots.study_map(data, dof), "curves": plots.study_curves(all_curves, data, dof), **scatter}
     if is_sampled(data) and bool((data["outcome"] == "COMPLETED").any()):
-        drawn["band"] = plots.percentile_band(load_dataset(folder / CURVES_FILE), data, dof)
+        drawn["band"] = plots.percentile_band(all_curves, data, dof)
     for name, ax in drawn.items():
         titled(ax.get_figure(root=True), str(data.attrs["title"]))
         plots.save_figure(ax, folder / name)
@@ -243,6 +254,24 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
         yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
 
 
+def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
+    """Amplification of discs whose blades differ: percentiles, and the worst disc."""
+    from slipstick.results.amplification import amplification_of
+
+    found = amplification_of(data)
+    if "worst" not in found:
+        return
+    unit = after_number(unit_of_dof(data["largest_amplitude"].attrs["units"], found["worst"]["output"]))
+    yield f"largest amplitude of the tuned disc: {found['tuned_amplitude']:.6g}{unit}"
+    for key, name in (("percentiles", "amplification"), ("fitted", "amplification by the Weibull fit")):
+        if key in found:
+            yield f"{name}: {', '.join(f'{percent} % {value:.4f}' for percent, value in found[key].items())}"
+    worst = found["worst"]
+    at = f"{worst['amplification']:.4f}, {worst['amplitude']:.6g}{unit} of {worst['output']}"
+    where = f"at {case.frequency_text(worst['omega'])}" if case.parameter is None else ""
+    yield f"worst disc: case {worst['case']}, amplification {at} {where}".rstrip()
+
+
 def _indices(data: xarray.Dataset) -> Iterator[str]:
     """Sobol indices of the peaks, for samples that allow them."""
     from slipstick.studies.sobol import sobol_indices
@@ -263,7 +292,10 @@ def _indices(data: xarray.Dataset) -> Iterator[str]:
 
 
 def _answer(run: StudyRun, data: xarray.Dataset) -> Answer:
+    from slipstick.results.amplification import amplification_of, is_mistuning
+
     outcome = run.stopped.name if run.stopped is not None else str(data.attrs["outcome"])
     solved = run.folder.cases.values()
     counts = {"cases": len(run.plan), "computed": len(solved), "failed": sum(not s.outcome.ok for s in solved)}
-    return {"outcome": outcome, **counts, **files_in(run.folder.folder)}
+    scatter = {"amplification": amplification_of(data)} if is_mistuning(data) else {}
+    return {"outcome": outcome, **counts, **scatter, **files_in(run.folder.folder)}

@@ -107,6 +107,7 @@ class Study {
     this.curves = content.curves.map((own) => ({ case: own.case, x: new Numbers(own.x).column(), y: own.y.map((y) => new Numbers(y).column()), part: new Numbers(own.part).column() }));
     const { band } = content, column = (own) => new Numbers(own).column();
     this.band = band && { ...band, x: column(band.x), dofs: band.dofs.map((own) => ({ y: own.y.map(column), peak: column(own.peak), at: column(own.at) })) };
+    this.scatter = content.scatter && { ...content.scatter, values: column(content.scatter.values) };
     this.view = this.viewFrom(location.hash);
     head(document.getElementById("head"), { ...content, results: [] });
     document.getElementById("head").append(this.outcome());
@@ -126,7 +127,7 @@ class Study {
       by: known("by", ["", ...names], names.find((name) => name !== over) ?? ""),
       unit: known("unit", Object.keys(this.content.frequency.factors), this.content.frequency.unit),
       case: given.get("case") && this.content.cases[number] ? number : null, show: known("show", ["", "bad"], ""), words: given.get("words") ?? "",
-      sort: known("sort", ["number", ...names, "peak", "outcome", "seconds"], "number"), down: given.get("down") === "1",
+      sort: known("sort", ["number", ...names, "amplification", "peak", "outcome", "seconds"], "number"), down: given.get("down") === "1",
     };
   }
 
@@ -165,6 +166,8 @@ class Study {
     this.map();
     this.drawCurves();
     this.drawBand();
+    this.drawAmplification();
+    this.drawDisc();
     this.table(tools);
   }
 
@@ -274,7 +277,9 @@ class Study {
   }
 
   says(i) {
-    const own = this.content.cases[i], where = this.parameters.map((p) => `${p.name} = ${short(p.values[i])}`).join(", ");
+    const own = this.content.cases[i];
+    if (this.scatter) return `disc ${i}: ${own.outcome ? (this.bad(i) ? own.message : `amplification ${short(this.scatter.values[i])}, largest amplitude ${short(this.dof.peak[i])}${this.content.after} of ${this.scatter.outputs[i]}`) : "not computed yet"}`;
+    const where = this.parameters.map((p) => `${p.name} = ${short(p.values[i])}`).join(", ");
     return `case ${i}: ${where}; ${own.outcome ? (this.bad(i) ? own.message : `peak ${short(this.dof.peak[i])}${this.content.after}`) : "not computed yet"}`;
   }
 
@@ -324,7 +329,56 @@ class Study {
     this.saved(host, () => `percentiles of ${this.dof.name}`, () => [[withUnits(content.followed.label, unit), ...band.percentiles.map((p) => `${p} %`)], ...xs.map((v, k) => [v, low[k], mid[k], high[k]])]);
   }
 
+  /** How many discs have which amplification, and its percentiles. */
+  drawAmplification() {
+    const { scatter } = this, host = document.getElementById("amplification");
+    host.hidden = !scatter?.bins;
+    if (host.hidden) return;
+    const { edges, counts } = scatter.bins, shown = Object.entries(scatter.percentiles);
+    const x = new Scale(edges), y = new Scale([0, ...counts], 0);
+    const svg = frame(x, y, "amplification", "discs", "Histogram of the amplification");
+    counts.forEach((count, k) => {
+      const [l, r, t] = [across(x, edges[k]), across(x, edges[k + 1]), upwards(y, count)];
+      const bar = element("svg:rect", { class: "blade", fill: colour("curve-0"), x: l, y: t, width: r - l, height: HIGH - BOTTOM - t });
+      bar.append(element("svg:title", {}, `${short(edges[k])} to ${short(edges[k + 1])}: ${count} discs`));
+      svg.append(bar);
+    });
+    shown.forEach(([, value], k) => svg.append(element("svg:line", { class: "percentile", stroke: colour(`curve-${k + 1}`), x1: across(x, value), x2: across(x, value), y1: TOP, y2: HIGH - BOTTOM })));
+    const listed = (values) => Object.entries(values).map(([percent, value]) => `${percent} % ${short(value, 4)}`).join(", ");
+    const fit = scatter.fitted ? ` By the Weibull distribution of maxima fitted to them: ${listed(scatter.fitted)}.` : "";
+    fill(host, element("h2", { id: "amplification-title" }, "Amplification"), element("div", { class: "card plot" }, svg),
+      element("p", { class: "soft" }, `Largest amplitude of ${scatter.discs} discs over that of the tuned disc, ${short(scatter.tuned)}${this.content.after}: ${listed(scatter.percentiles)}.${fit}`));
+    this.saved(host, () => "amplification", () => [["case", "amplification", "output"], ...Array.from(scatter.values, (v, i) => [i, v, scatter.outputs[i]])]);
+  }
+
+  /** Deviations of the blades of the disc chosen, else of the worst. */
+  drawDisc() {
+    const { scatter, view } = this, host = document.getElementById("worst");
+    host.hidden = !scatter?.worst;
+    if (host.hidden) return;
+    const i = view.case ?? scatter.worst.case, values = this.parameters.map((p) => p.values[i]), sector = Number(scatter.outputs[i].split("@").at(-1) || NaN);
+    const x = new Scale([-0.5, values.length - 0.5]), y = new Scale([0, ...values], 0.06);
+    const svg = frame(x, y, "blade", "deviation of stiffness", `Deviations of disc ${i}`), zero = upwards(y, 0);
+    values.forEach((value, s) => {
+      const [l, r, t] = [across(x, s - 0.4), across(x, s + 0.4), upwards(y, value)];
+      const bar = element("svg:rect", { class: "blade", fill: colour(s === sector ? "curve-1" : "curve-0"), x: l, y: Math.min(t, zero), width: r - l, height: Math.abs(zero - t) });
+      bar.append(element("svg:title", {}, `blade ${s}: ${short(value)}`));
+      svg.append(bar);
+    });
+    svg.append(element("svg:line", { class: "axis", x1: LEFT, x2: WIDE - RIGHT, y1: zero, y2: zero }));
+    const which = i === scatter.worst.case ? "the worst" : "the one chosen";
+    fill(host, element("h2", { id: "worst-title" }, `Disc ${i}, ${which}`), element("div", { class: "card plot" }, svg), element("p", { class: "soft" }, this.says(i)));
+    this.saved(host, () => `disc ${i}`, () => [["blade", "deviation"], ...values.map((v, s) => [s, v])]);
+  }
+
   columns() {
+    if (this.scatter) {
+      const [factor, unit] = this.over;
+      return [{ key: "number", title: "disc", of: (i) => i }, { key: "amplification", title: "amplification", of: (i) => this.scatter.values[i] },
+        { key: "peak", title: withUnits("largest amplitude", this.content.units), of: (i) => this.dof.peak[i] }, { key: "", title: "of", of: (i) => this.scatter.outputs[i] },
+        { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, unit), of: (i) => this.dof.at[i] * factor },
+        { key: "seconds", title: "time [s]", of: (i) => this.content.cases[i].seconds ?? NaN }];
+    }
     const own = this.parameters.map((p) => ({ key: p.name, title: withUnits(p.name, p.units), of: (i) => p.values[i] }));
     return [{ key: "number", title: "case", of: (i) => i }, ...own, { key: "peak", title: withUnits(`peak of ${this.dof.name}`, this.content.units), of: (i) => this.dof.peak[i] },
       { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, this.over[1]), of: (i) => this.dof.at[i] * this.over[0] },
@@ -356,7 +410,7 @@ class Study {
       const own = content.cases[i], text = !own.outcome ? "not computed yet" : this.bad(i) ? `${own.outcome}: ${own.message}` : "completed";
       const link = element("a", { href: `#case=${i}`, onclick: (event) => { event.preventDefault(); this.set({ case: i }); } }, String(i));
       return element("tr", { class: `${this.bad(i) ? "bad" : ""} ${view.case === i ? "chosen" : ""}`.trim(), id: `case-${i}` }, element("td", {}, link),
-        ...columns.slice(1).map((c) => element("td", {}, short(c.of(i)))), element("td", { class: "words" }, text));
+        ...columns.slice(1).map((c) => element("td", {}, typeof c.of(i) === "string" ? c.of(i) : short(c.of(i)))), element("td", { class: "words" }, text));
     });
     const count = element("span", { class: "soft", id: "count" }, `${rows.length} of ${content.cases.length}`);
     const inside = element("div", { class: "card scroll tall", tabindex: 0, role: "region", "aria-label": "Table of cases" }, element("table", { class: "cases" }, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...body)));
