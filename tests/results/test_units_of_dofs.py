@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import xarray
 from helpers.rotors import shaft
 
+import slipstick as ss
+from slipstick.analysis.time_domain.long_run import PeriodRecorder
 from slipstick.cli.verbs.run import peak_lines
+from slipstick.cli.verbs.verify import _highest, _row
 from slipstick.errors import InputError
 from slipstick.report.content import content_of
+from slipstick.units import is_rotation
 
 
 def test_results_tell_both_units() -> None:
@@ -44,3 +51,60 @@ def test_the_largest_numbers_are_rotations() -> None:
     data = shaft().dataset
     names = data["dof"].values
     assert "r" in names[np.unravel_index(data["amplitude"].values.argmax(), data["amplitude"].shape)[1]]
+
+
+def test_the_largest_amplitude_is_that_of_a_displacement() -> None:
+    """Where tilts are the larger numbers, and with their peaks elsewhere."""
+    made = ss.forced_response(shaft().problem, omega=(60.0, 500.0), peaks_of="largest")
+    data = made.dataset
+    names = [str(name) for name in data["dof"].values]
+    straight = [name for name in names if not is_rotation(name)]
+    of = {names[int(d)] for d in data["peak_dof"].values if d >= 0}
+    assert of
+    assert of <= set(straight)
+    heights = data["amplitude"].sel(dof=straight).max("dof").values
+    at = [int(np.argmin(np.abs(data["omega"].values - omega))) for omega, _ in made.peaks("largest")]
+    np.testing.assert_array_equal([size for _, size in made.peaks("largest")], heights[at])
+    for k in at:
+        assert heights[k] >= max(heights[k - 1], heights[k + 1])
+
+
+def test_a_check_in_time_takes_displacements_and_measures_each_unit_by_itself() -> None:
+    made = shaft()
+    data = made.dataset
+    chosen = _highest(made)
+    assert all(not is_rotation(str(data["dof"].values[int(data["peak_dof"].values[k])])) for k in chosen)
+    check = made.check_in_time(chosen[0])
+    assert not is_rotation(_row(made, chosen[0], check, 1e-3)["dof"])
+    turned = np.array([is_rotation(dof) for dof in check.dofs])
+    for own in (turned, ~turned):
+        pairs = ((check.amplitude, check.amplitude_in_time), (check.mean, check.mean_in_time))
+        off = max(np.abs(balance - in_time)[own].max() for balance, in_time in pairs)
+        size = max(check.amplitude[own].max(), check.amplitude_in_time[own].max())
+        assert off <= check.relative_difference * size * (1.0 + 1e-12)
+
+
+def test_tables_and_files_tell_the_unit_of_each_dof(tmp_path: Path) -> None:
+    made = shaft()
+    with pytest.warns(ss.SlipstickWarning, match="saved without the problem"):  # the law is a function
+        made.save(tmp_path / "results.nc")
+    dof = xarray.open_dataset(tmp_path / "results.nc", engine="h5netcdf")["dof"]
+    units = dict(zip(dof.values.tolist(), dof.attrs["motion_units"].split("\n"), strict=True))
+    assert units == {name: "rad" if is_rotation(name) else "m" for name in units}
+    assert ss.load(tmp_path / "results.nc").dataset["dof"].attrs == dof.attrs
+    made.save_table(tmp_path / "a.csv")
+    head = (tmp_path / "a.csv").read_text().partition("\n")[0].split(",")
+    assert {"amplitude.n0x [m]", "amplitude.n0ry [rad]", "displacement.n0ry.c1 [rad]"} <= set(head)
+    assert not [name for name in head if " or " in name]
+    made.save_table(tmp_path / "p.csv", table="peaks")
+    rows = [line.split(",") for line in (tmp_path / "p.csv").read_text().splitlines()]
+    of, unit = rows[0].index("dof"), rows[0].index("unit")
+    assert {(row[of], row[unit]) for row in rows[1:]} == {("n0x", "m"), ("n0ry", "rad")}
+
+
+def test_motion_in_time_tells_both_units() -> None:
+    problem = shaft().problem
+    variables = PeriodRecorder(problem).layout.variables
+    assert variables["section_displacement"].units == "m or rad"
+    assert variables["section_velocity"].units == "m/s or rad/s"
+    assert variables["highest_time"].units == "s"

@@ -16,9 +16,11 @@ from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, whole
 from slipstick.results.percentiles import FEWEST, WeibullMaxima
 from slipstick.results.schema import LARGEST
+from slipstick.results.view import names_of
 from slipstick.structure.disc import MISTUNING, Disc
 from slipstick.studies.study import study
 from slipstick.typing import Array, FrequencyRange
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     import xarray
@@ -84,7 +86,8 @@ def mistuning_study(
         peaks_of=LARGEST, options=options, workers=workers, client=client, folder=folder,
         listeners=listeners,
     )  # fmt: skip
-    sizes = found["peak_amplitude"].to_numpy()
+    among = compared(names_of(found, "dof"))
+    sizes = found["peak_amplitude"].to_numpy()[:, among]
     known = np.isfinite(sizes).any(axis=1)
     at = np.where(known, np.nanargmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=1), 0)
     row = np.arange(samples)
@@ -96,8 +99,8 @@ def mistuning_study(
         {
             "largest_amplitude": ("sample", largest, dict(found["peak_amplitude"].attrs)),
             "amplification": ("sample", amplification, {"units": "1", "long_name": "largest over tuned amplitude"}),
-            "worst": ("sample", np.array([str(found["dof"].to_numpy()[i]) for i in at])),
-            "omega": ("sample", np.where(known, found["peak_omega"].to_numpy()[row, at], np.nan)),
+            "worst": ("sample", np.array([str(found["dof"].to_numpy()[among][i]) for i in at])),
+            "omega": ("sample", np.where(known, found["peak_omega"].to_numpy()[:, among][row, at], np.nan)),
             "deviation": (("sample", "sector"), deviations),
         },
         coords={"sample": row, "sector": np.arange(disc.sectors), "percentile": list(PERCENTILES)},

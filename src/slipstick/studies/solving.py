@@ -14,8 +14,10 @@ import numpy as np
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import LARGEST, Declared, Layout, layout_of
+from slipstick.results.view import names_of
 from slipstick.studies.plan import StudyPlan
 from slipstick.typing import Array, Names
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest, StabilityRequest
@@ -128,7 +130,8 @@ def _peaks(values: Mapping[str, Any], followed: str, branch: Solutions) -> dict[
     top, alone = amplitude.argmax(axis=0), branch.sought("largest_of")
     sought = alone | branch.sought("peaks_of")
     if branch.table.attrs.get("peaks_of") == LARGEST and not sought.any():
-        sought = dofs == amplitude.max(axis=0).argmax()
+        among = compared(names_of(branch.table, "dof"))
+        sought = dofs == among[int(amplitude[:, among].max(axis=0).argmax())]
     peak = np.where(alone, (top > 0) & (top < len(amplitude) - 1), values["peak_dof"][top] == dofs)
     told = {}
     if "stable" in values:

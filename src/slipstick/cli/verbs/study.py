@@ -182,17 +182,17 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
 
 def _draw(data: xarray.Dataset, folder: Path) -> None:
     """Map of the peaks of a study over its first parameters, and its curves by the first."""
-    import numpy as np
 
     from slipstick import plots
     from slipstick.io.loading import load_dataset
     from slipstick.plots.style import titled
     from slipstick.results.percentiles import is_sampled
+    from slipstick.results.view import names_of, ranked
     from slipstick.studies.folder import CURVES_FILE
 
     if not bool(data["peak_amplitude"].notnull().any()):
         return
-    dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
+    dof = names_of(data, "dof")[ranked(data, "dof", "peak_amplitude")[0]]
     curves = plots.study_curves(load_dataset(folder / CURVES_FILE), data, dof)
     drawn = {"map": plots.study_map(data, dof), "curves": curves}
     if is_sampled(data) and bool((data["outcome"] == "COMPLETED").any()):

@@ -14,8 +14,9 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.results.view import names_of
 from slipstick.runs.folder import results_of
-from slipstick.units import Units
+from slipstick.units import Units, compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.check import TimeCheck
@@ -230,19 +231,22 @@ def _value(branch: Branch, text: str) -> float:
 
 
 def _highest(branch: Branch) -> list[int]:
-    """The highest peaks, else the highest point."""
+    """The highest peaks, else the highest point; rotations are not compared with displacements."""
     import numpy as np
 
     data = branch.dataset
-    size = data["amplitude"].to_numpy().max(axis=1)
-    peaks = np.flatnonzero(data["kind"].to_numpy() == "peak")
+    among = compared(names_of(data, "dof"))
+    size = data["amplitude"].to_numpy()[:, among].max(axis=1)
+    located = data["kind"].to_numpy() == "peak"
+    peaks = np.flatnonzero(located & np.isin(data["peak_dof"].to_numpy(), among) if "peak_dof" in data else located)
     if not len(peaks):
         return [int(size.argmax())] if len(size) else [0]
     return sorted(int(i) for i in peaks[np.argsort(-size[peaks])][:_CHECKED_PEAKS])
 
 
 def _row(branch: Branch, point: int, check: TimeCheck, tolerance: float) -> dict[str, Any]:
-    data, d = branch.dataset.isel(point=point), int(check.amplitude.argmax())
+    data, among = branch.dataset.isel(point=point), compared(check.dofs)
+    d = among[int(check.amplitude[among].argmax())]
     return {
         "point": point,
         branch.followed: float(data[branch.followed]),
