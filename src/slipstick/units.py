@@ -220,6 +220,25 @@ def unit_of_dof(label: str, dof: str) -> str:
     return "".join(("rad", *straight.partition("/")[1:])) if is_rotation(dof) else straight
 
 
+_SMALLER = ((1e-4, 1e6, "µm"), (0.1, 1e3, "mm"))
+"""Below which largest number of metres, factor and name of a unit."""
+
+
+def length_shown(label: str, largest: float) -> tuple[float, str]:
+    """The unit that lengths are shown in, of which the largest is known: factor and name.
+
+    Metres get a prefix, a unit the user chose stays as it is.
+
+    >>> length_shown("m", 7.9e-4), length_shown("m or rad", 2e-5), length_shown("m", 0.0), length_shown("mm", 7.9e-4)
+    ((1000.0, 'mm'), (1000000.0, 'µm or rad'), (1.0, 'm'), (1.0, 'mm'))
+    """
+    straight, mixed, rest = label.partition(MIXED)
+    if straight == "m" and largest > 0.0:
+        factor, name = next(((factor, name) for below, factor, name in _SMALLER if largest < below), (1.0, "m"))
+        return factor, f"{name}{mixed}{rest}"
+    return 1.0, label
+
+
 def after_number(label: str) -> str:
     """A unit of results as it stands after a number; nothing where a word stands for a base unit without a name."""
     return "" if label in ("", "1") or _WORD.search(label) else f" {label}"

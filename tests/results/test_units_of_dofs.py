@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from helpers.reports import decoded
 from helpers.rotors import shaft
 
 import slipstick as ss
@@ -15,15 +16,15 @@ from slipstick.cli.verbs.run import peak_lines
 from slipstick.cli.verbs.verify import _highest, _row
 from slipstick.errors import InputError
 from slipstick.report.content import content_of
-from slipstick.units import is_rotation
+from slipstick.units import is_rotation, length_shown
 
 
 def test_results_tell_both_units() -> None:
     data = shaft().dataset
     assert {data[name].attrs["units"] for name in ("amplitude", "mean", "displacement")} == {"m or rad"}
     straight = content_of(shaft(), "a", contacts=1, dofs=6)["dofs"]
-    assert straight["units"] == "m"
-    assert straight["units_of"] == ["m"] * 6
+    assert straight["units"] == "mm"  # as lengths are shown
+    assert straight["units_of"] == ["mm"] * 6
     assert straight["names"] == [f"n{k}{way}" for k in range(3) for way in "xy"]
 
 
@@ -108,3 +109,42 @@ def test_motion_in_time_tells_both_units() -> None:
     assert variables["section_displacement"].units == "m or rad"
     assert variables["section_velocity"].units == "m/s or rad/s"
     assert variables["highest_time"].units == "s"
+
+
+def test_every_face_names_the_peak_in_one_unit() -> None:
+    """Terminal, page, notebook and figures; radians and units the user chose keep theirs."""
+    made = shaft()
+    data = made.dataset
+    straight = [str(name) for name in data["dof"].values if not is_rotation(str(name))]
+    factor, unit = length_shown("m", float(data["amplitude"].sel(dof=straight).max()))
+    assert unit in ("mm", "µm")
+    _, height = max(made.peaks("n0x"), key=lambda peak: peak[1])
+    line = next(line for line in peak_lines(made.table) if line.startswith("peak of n0x: "))
+    assert f"amplitude {height * factor:.6g} {unit} at" in line
+    page = content_of(made, "a", contacts=1, dofs=12)
+    at = page["dofs"]["names"].index("n0x")
+    amplitude = decoded(next(curve for curve in page["curves"] if curve["key"] == "amplitude")["values"])
+    np.testing.assert_allclose(amplitude[:, at].max(), data["amplitude"].sel(dof="n0x").max() * factor, rtol=1e-6)
+    assert (page["dofs"]["units"], page["dofs"]["factor"]) == (unit, factor)
+    turned = page["dofs"]["names"].index("n0ry")
+    np.testing.assert_allclose(amplitude[:, turned].max(), data["amplitude"].sel(dof="n0ry").max(), rtol=1e-6)
+    assert page["dofs"]["units_of"][turned] == "rad"
+    for draw in (made.plot.response, made.plot.mean, lambda dof: made.plot.history(0, dof)):
+        ax = draw("n0x")
+        ax.figure.draw_without_rendering()
+        assert f"[{unit}]" in ax.get_ylabel()
+
+
+def test_pages_of_several_results_share_a_unit() -> None:
+    small, large = (tiny(size) for size in (1e-6, 1e-2))
+    alone, together = (content_of(small, "a", contacts=1, dofs=1, beside=beside) for beside in ((), (large.table,)))
+    assert (alone["dofs"]["units"], together["dofs"]["units"]) == ("µm", "mm")
+    key = (together["curves"][0]["units"], content_of(large, "b", contacts=1, dofs=1)["curves"][0]["units"])
+    assert key == ("mm", "mm")
+
+
+def tiny(force: float) -> ss.Branch:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"])
+    units = {"length": "m", "force": "N", "time": "s"}
+    problem = ss.Problem(structure, loads=[ss.Load(dof="x", cos=force)], harmonics=[0, 1], units=units)
+    return ss.linear_response(problem, omega=[0.5, 0.9])

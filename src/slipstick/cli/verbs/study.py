@@ -24,9 +24,10 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError, reason_of
+from slipstick.results.view import unit_shown, value_text
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
-from slipstick.units import after_number, unit_of_dof
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
@@ -221,12 +222,11 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
-        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         for word, at in (("smallest", peaks.argmin(...)), ("largest", peaks.argmax(...))):
             there = peaks[at]
             names = str(data.attrs["study_parameters"]).splitlines()
             where = ", ".join(f"{name} = {float(there[name]):.6g}" for name in names)
-            yield f"{word} peak of {dof}: {float(there):.6g}{unit} with {where}"
+            yield f"{word} peak of {dof}: {value_text(data, 'peak_amplitude', float(there), str(dof))} with {where}"
 
 
 def _spread(data: xarray.Dataset) -> Iterator[str]:
@@ -239,8 +239,10 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
     low, _, high = peaks["percentile"].to_numpy()
     for dof in peaks["dof"].to_numpy()[:_LISTED_DOFS]:
         here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
-        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
-        yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
+        factor, unit = unit_shown(data, "peak_amplitude", str(dof))
+        least, middle, most = (f"{size * factor:.6g}" for size in here)
+        unit = after_number(unit)
+        yield f"peak of {dof}: median {middle}{unit}, {low:g} % to {high:g} % {least} to {most}{unit}"
 
 
 def _indices(data: xarray.Dataset) -> Iterator[str]:

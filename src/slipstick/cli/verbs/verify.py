@@ -14,9 +14,9 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
-from slipstick.results.view import names_of
+from slipstick.results.view import names_of, unit_shown
 from slipstick.runs.folder import results_of
-from slipstick.units import Units, compared
+from slipstick.units import Units, after_number, compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.check import TimeCheck
@@ -167,7 +167,8 @@ def check_points(branch: Branch, chosen: Sequence[int], tolerance: float, answer
     for point in chosen:
         check = branch.check_in_time(point)
         rows.append(_row(branch, point, check, tolerance))
-        say(f"  {_line(rows[-1], units, str(branch.dataset.attrs.get('frequency_unit', units.angular)))}")
+        unit = unit_shown(branch.dataset, "amplitude", rows[-1]["dof"])
+        say(f"  {_line(rows[-1], units, str(branch.dataset.attrs.get('frequency_unit', units.angular)), unit)}")
     answer["points"] = rows
     for sentence in _remarks(rows):
         warn_user(sentence)
@@ -263,13 +264,15 @@ def _row(branch: Branch, point: int, check: TimeCheck, tolerance: float) -> dict
     }
 
 
-def _line(row: dict[str, Any], units: Units, frequency_unit: str) -> str:
+def _line(row: dict[str, Any], units: Units, frequency_unit: str, prefixed: tuple[float, str]) -> str:
     if "omega" in row:
         at = f"{row['omega'] / units.frequency_factor(frequency_unit):.6g} {frequency_unit}"
     else:
         at = f"{row['parameter']:.6g}"
     verdict = "agrees" if row["agrees"] else "differs" if row["periodic"] else "not periodic"
-    sizes = f"{row['dof']} {row['amplitude']:.5g}, {row['amplitude_in_time']:.5g}"
+    factor, unit = prefixed
+    size, in_time = (f"{row[name] * factor:.5g}" for name in ("amplitude", "amplitude_in_time"))
+    sizes = f"{row['dof']} {size}, {in_time}{after_number(unit) if factor != 1.0 else ''}"
     return f"{row['point']:>4} at {at}: {sizes}, {row['difference']:.1e}, {verdict}"
 
 
