@@ -243,7 +243,9 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
     }
 
 
-def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float], factors: Array) -> dict[str, Any]:
+def bands_of(
+    branch: Solutions, kept: Indices, tolerances: Mapping[str, float], factors: Array | float = 1.0
+) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs of the page, and the tolerances as text."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
@@ -399,7 +401,7 @@ _SECONDS = 0.2
 """About the time each limit may take."""
 
 
-def references_of(branch: Solutions, kept: Indices, factors: Array) -> list[dict[str, Any]]:
+def references_of(branch: Solutions, kept: Indices, factors: Array | float = 1.0) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
     from slipstick.analysis.curve.linear import linear_references
 
