@@ -7,7 +7,7 @@ base units in their place.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -43,6 +43,9 @@ SIZES: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3},
 }  # fmt: skip
 """Sizes of the units whose names are understood, SI."""
+
+MIXED = " or rad"
+"""What is in the unit of the motion of dofs of which some are rotations, after that of the others."""
 
 _SECONDS = tuple(name for name, size in SIZES["time"].items() if size == 1.0)
 _ROTATION = re.compile(r"n\d+r[xyz](?:@.*)?")
@@ -146,21 +149,16 @@ class Units:
         """The unit as it stands after a number, " N mm/s"; nothing where one of its base units has no name."""
         return after_number(self.label(dimension))
 
-    def of_dof(self, dof: str) -> str:
-        """The unit of the motion of a dof: rad of a rotation, else that of a length.
-
-        >>> Units(length="m").of_dof("n2x"), Units(length="m").of_dof("n2ry")
-        ('m', 'rad')
-        """
-        return "rad" if is_rotation(dof) else self.label("length")
-
-    def of_dofs(self, dofs: Iterable[str]) -> str:
-        """The unit of the motion of all of some dofs; both where some are lengths and some rotations.
+    def of_dofs(self, dofs: Iterable[str], dimension: str = "length") -> str:
+        """The unit of the motion or velocity of some dofs; both where some are displacements and some rotations.
 
         >>> Units(length="m").of_dofs(["n2x", "n2y"]), Units(length="m").of_dofs(["n2x", "n2ry"])
         ('m', 'm or rad')
         """
-        return " or ".join(sorted({self.of_dof(dof) for dof in dofs}, key="rad".__eq__)) or self.label("length")
+        label = self.label(dimension)
+        if dimension not in ("length", "length/time"):
+            return label
+        return " or ".join(dict.fromkeys(unit_of_dof(label, dof) for dof in sorted(dofs, key=is_rotation))) or label
 
     @property
     def angular(self) -> str:
@@ -200,13 +198,45 @@ def is_rotation(dof: str) -> bool:
     return _ROTATION.fullmatch(dof) is not None
 
 
+def compared(dofs: Sequence[str]) -> list[int]:
+    """Places of the dofs whose sizes are compared: the displacements, and rotations only where there are no others.
+
+    >>> compared(["n2x", "n2rx", "n2y"]), compared(["n2rx", "n2ry"])
+    ([0, 2], [0, 1])
+    """
+    straight = [place for place, dof in enumerate(dofs) if not is_rotation(dof)]
+    return straight or list(range(len(dofs)))
+
+
 def unit_of_dof(label: str, dof: str) -> str:
-    """The unit of one dof from that of the motion of several.
+    """The unit of one dof from that of the motion, or the velocity, of several.
 
     >>> unit_of_dof("mm or rad", "n2x"), unit_of_dof("mm or rad", "n2rx"), unit_of_dof("mm", "x")
     ('mm', 'rad', 'mm')
+    >>> unit_of_dof("mm/s or rad/s", "n2x"), unit_of_dof("mm/s or rad/s", "n2rx")
+    ('mm/s', 'rad/s')
     """
-    return "rad" if is_rotation(dof) else label.removesuffix(" or rad")
+    straight = label.partition(MIXED)[0]
+    return "".join(("rad", *straight.partition("/")[1:])) if is_rotation(dof) else straight
+
+
+_SMALLER = ((1e-4, 1e6, "µm"), (0.1, 1e3, "mm"))
+"""Below which largest number of metres, factor and name of a unit."""
+
+
+def length_shown(label: str, largest: float) -> tuple[float, str]:
+    """The unit that lengths are shown in, of which the largest is known: factor and name.
+
+    Metres get a prefix, a unit the user chose stays as it is.
+
+    >>> length_shown("m", 7.9e-4), length_shown("m or rad", 2e-5), length_shown("m", 0.0), length_shown("mm", 7.9e-4)
+    ((1000.0, 'mm'), (1000000.0, 'µm or rad'), (1.0, 'm'), (1.0, 'mm'))
+    """
+    straight, mixed, rest = label.partition(MIXED)
+    if straight == "m" and largest > 0.0:
+        factor, name = next(((factor, name) for below, factor, name in _SMALLER if largest < below), (1.0, "m"))
+        return factor, f"{name}{mixed}{rest}"
+    return 1.0, label
 
 
 def after_number(label: str) -> str:

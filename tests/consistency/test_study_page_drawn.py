@@ -25,16 +25,16 @@ def content(grid: bool = True) -> dict[str, Any]:
     cases = [{"outcome": "COMPLETED", "message": "", "points": 3, "seconds": 0.5 + i} for i in range(6)]
     cases[4] = {"outcome": "NO_FIRST_POINT", "message": "nothing there", "points": 0, "seconds": 9.0}
     cases[5] = {"outcome": "", "message": "", "points": 0, "seconds": None}
-    x = np.array([1.0, 2.0, 3.0, 4.0])
+    x, unit = np.array([1.0, 2.0, 3.0, 4.0]), {"units": "mm", "after": " mm"}
     return {
         "outcome": {"ok": False, "text": "5 of 6"}, "warnings": ["odd"],
         "about": [["by", "me"]], "case": "", "case_file": "c.toml",
-        "method": "grid over mu, load", "grid": grid, "units": "mm", "after": " mm", "first": "y",
+        "method": "grid over mu, load", "grid": grid, "first": "y",
         "parameters": [{"name": "mu", "units": "", "values": packed(mu, "f8")},
             {"name": "load", "units": "N", "values": packed(load, "f8")}],
         "dofs": [
-            {"name": "y", "peak": packed(peak, "f8"), "at": packed(10 * peak, "f8")},
-            {"name": "x", "peak": packed(peak[::-1], "f8"), "at": packed(peak[::-1], "f8")},
+            {"name": "y", **unit, "peak": packed(peak, "f8"), "at": packed(10 * peak, "f8")},
+            {"name": "x", **unit, "peak": packed(peak[::-1], "f8"), "at": packed(peak[::-1], "f8")},
         ],
         "followed": {"key": "omega", "label": "Frequency", "units": "rad/s"}, "cases": cases, "file": "study.nc",
         "frequency": {"unit": "rad/s", "factors": {"rad/s": 1.0, "Hz": 0.5 / np.pi}},

@@ -37,7 +37,9 @@ def test_curves_say_what_varies_with_units_and_totals(made: ss.Branch) -> None:
 def test_units_that_have_names_stand_after_numbers(made: ss.Branch) -> None:
     data = made.dataset.copy()
     data["amplitude"].attrs["units"] = "mm"
-    assert meaning(data, "amplitude") == {
+    said, factor = meaning(data, "amplitude")
+    assert factor == 1.0
+    assert said == {
         "label": "Amplitude (0-to-peak, without the mean)", "units": "mm", "after": " mm",
     }  # fmt: skip
 

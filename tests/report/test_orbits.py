@@ -51,7 +51,7 @@ def test_the_page_draws_the_orbit_in_the_colours_of_contact() -> None:
 def test_the_page_opens_on_a_length_and_keeps_rotations_apart() -> None:
     made = shaft()
     content = content_of(made, "a", contacts=1, dofs=12)
-    assert set(content["dofs"]["units_of"]) == {"m", "rad"}
+    assert set(content["dofs"]["units_of"]) == {"mm", "rad"}
     first, mixed, label = opened(
         {"results": [content]},
         """const first = app.view.dof, unit = () => app.unitsOf(app.curves.curve, app.result)[1];
@@ -60,7 +60,7 @@ def test_the_page_opens_on_a_length_and_keeps_rotations_apart() -> None:
         return [before, [app.view.dof, app.view.dofs, unit()], app.curves.readout.textContent]""",
     )
     assert "r" not in first[0]
-    assert first[2] == "m"
+    assert first[2] == "mm"
     assert mixed == ["n0ry", ["n0ry"], "rad"]
     assert "n0ry: amplitude" in label
     assert " rad ·" in label

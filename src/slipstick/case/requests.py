@@ -17,7 +17,7 @@ from slipstick.case.table import NotNegative, Positive, Table, is_number, positi
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import shown, suggestion
 from slipstick.results.bifurcations import bifurcations_of
-from slipstick.results.view import after, names_of
+from slipstick.results.view import names_of, value_text
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -124,11 +124,11 @@ class TrackTable(RequestTable):
         """Optima, turning points and ties."""
         data = branch.table
         value, kinds = data["parameter"].to_numpy(), data["kind"].to_numpy()
-        dof, unit = str(data.attrs["peak_of"]), after(data, "parameter")
+        dof, at = str(data.attrs["peak_of"]), [value_text(data, "parameter", float(own)) for own in value]
         marked = np.flatnonzero(np.isin(kinds, ("optimum", "turning point", "tie")))
         peaks = [_peak(data, dof, int(k)) for k in marked]
         lines = [
-            f"{kinds[k]}: {self.parameter} = {value[k]:.6g}{unit}, {_peak_text(case, data, dof, peak)}"
+            f"{kinds[k]}: {self.parameter} = {at[k]}, {_peak_text(case, data, dof, peak)}"
             for k, peak in zip(marked, peaks, strict=True)
         ]
         answers = [
@@ -304,12 +304,11 @@ class CyclesTable(RequestTable):
     def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
         """Bifurcations, and the limit cycles at the values asked for; where there are several at one, each."""
         data, d = branch.table, branch.dof_index(self.dof)
-        dof, unit = names_of(data, "dof")[d], after(data, "parameter")
-        length = after(data, "amplitude", dof)
+        dof = names_of(data, "dof")[d]
         lines: list[str] = []
         answers: dict[str, Any] = {"marked": [], "cycles": []}
         for found in bifurcations_of(branch):
-            at = f"{self.parameter} = {found.value:.6g}{unit}"
+            at = f"{self.parameter} = {value_text(data, 'parameter', found.value)}"
             lines.append(f"{found.kind}: {at}, {case.frequency_text(found.omega)}")
             marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
             answers["marked"].append({**marked, "before": found.before, "after": found.after})
@@ -317,8 +316,11 @@ class CyclesTable(RequestTable):
         for k in np.flatnonzero((kinds == "requested") & (part == 1)):
             sure, peak = {0: False, 1: True}.get(int(stable[k])), _peak(data, dof, int(k))
             verdict = {False: ", unstable", True: ", stable", None: ""}[sure]
-            where = f"{self.parameter} = {value[k]:.6g}{unit}: {case.frequency_text(peak['omega'])}"
-            lines.append(f"limit cycle at {where}, amplitude {peak['amplitude']:.6g}{length}{verdict}")
+            there = (
+                f"{self.parameter} = {value_text(data, 'parameter', value[k])}: {case.frequency_text(peak['omega'])}"
+            )
+            size = value_text(data, "amplitude", peak["amplitude"], dof)
+            lines.append(f"limit cycle at {there}, amplitude {size}{verdict}")
             answers["cycles"].append({"parameter": value[k], **peak, "stable": sure})
         return lines, answers
 
@@ -412,10 +414,11 @@ class WearTable(RequestTable):
         """A sentence for each contact that is worn, the deepest first: its depth, and its load at first and at last."""
         data = branch.table
         depth, load = data["worn_depth"].to_numpy(), data["normal_load"].to_numpy()
-        length, force = (after_number(data[name].attrs["units"]) for name in ("worn_depth", "normal_load"))
+        force = after_number(data["normal_load"].attrs["units"])
         last, names = np.nan_to_num(depth[-1]), data["contact"].to_numpy()
+        worn = [value_text(data, "worn_depth", own) for own in last]
         return [
-            f"{names[i]}: worn {last[i]:.6g}{length}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
+            f"{names[i]}: worn {worn[i]}, load {load[0, i]:.6g} to {load[-1, i]:.6g}{force}"
             for i in np.argsort(-last, kind="stable")[:_MOST_LINES]
             if last[i] > 0.0
         ], {}
@@ -517,8 +520,8 @@ def _peak(data: ResultTable, dof: str, point: int) -> dict[str, float]:
 
 def _peak_text(case: Case, data: ResultTable, dof: str, peak: Mapping[str, float]) -> str:
     """How high a peak of a dof is, and where."""
-    unit = after(data, "amplitude", dof)
-    return f"amplitude {peak['amplitude']:.6g}{unit} of {dof} at {case.frequency_text(peak['omega'])}"
+    size = value_text(data, "amplitude", peak["amplitude"], dof)
+    return f"amplitude {size} of {dof} at {case.frequency_text(peak['omega'])}"
 
 
 def _parameter_faults(problem: Problem, name: str, *values: float | None, key: str = "parameter") -> Iterator[Fault]:

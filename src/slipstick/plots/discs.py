@@ -10,9 +10,10 @@ from slipstick.errors import InputError
 from slipstick.faults import number, one
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, parted, units_of, with_unit
-from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, styled, titled
+from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, show_lengths, styled, titled
 from slipstick.results.disc import amplitude_on_disc, disc_of
 from slipstick.results.solutions import Solutions
+from slipstick.results.view import largest_length
 from slipstick.typing import Array, DrawnAxes
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def disc(
     ax.set_axis_off()
     label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
     bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8)
-    label_colour_bar(bar, label)
+    label_colour_bar(bar, label, largest_length(dataset, "amplitude"))
     if new:
         point_titled(ax, dataset, point, [])
     return ax
@@ -121,6 +122,7 @@ def blades(
     x, largest, *each = parted(dataset, along.values(dataset), amplitude.max(axis=1), *amplitude.T)
     label = with_unit(f"Amplitude of {dof}", units_of(dataset).label("length"))
     ax = styled(ax, along.label, label)
+    show_lengths(ax.yaxis, largest=largest_length(dataset, "amplitude"))
     if not found.whole:
         ax.plot(x, largest, linewidth=1.6, label="every blade")
     else:

@@ -11,9 +11,9 @@ from slipstick.errors import InputError
 from slipstick.faults import truth, wrong
 from slipstick.plots.overlay import Curves, corners_of, smooth
 from slipstick.plots.quantities import Branches, OneBranch, abscissa, chosen, dataset_of, quantity
-from slipstick.plots.style import GREY, legend, log_scale, styled, titled
+from slipstick.plots.style import GREY, legend, log_scale, show_lengths, styled, titled
 from slipstick.quantities import FREQUENCIES
-from slipstick.results.view import analysis_of, values_of
+from slipstick.results.view import analysis_of, largest_length, values_of
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -97,6 +97,7 @@ def damping(mode: OneBranch, *, ax: Axes | None = None) -> DrawnAxes:
     """
     data, new = mode_dataset(mode), ax is None
     ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
+    show_lengths(ax.xaxis, largest=largest_length(data, "modal_amplitude"))
     a, D = data["modal_amplitude"].to_numpy(), data["modal_damping"].to_numpy()
     ax.plot(*smooth(a, D, corners_of(data)), linewidth=1.6)
     if a.size and a.max() > 10.0 * a.min():

@@ -24,10 +24,11 @@ from slipstick.plots.quantities import (
     quantity,
     title_of,
 )
-from slipstick.plots.style import GREY, legend, log_scale, over_decades, styled, titled
+from slipstick.plots.style import GREY, legend, log_scale, over_decades, show_lengths, styled, titled
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import values_of, view_of
+from slipstick.results.view import largest_length, values_of, view_of
 from slipstick.typing import Array, DrawnAxes, Names
+from slipstick.units import length_shown
 
 if TYPE_CHECKING:
     import xarray
@@ -67,11 +68,15 @@ class Curves:
         if len(labels) > 1:
             raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
         values = {id(d): {n: values_of(d, name, dim, n) for n in of[id(d)]} for _, d in self.overlaid}
-        return self.draw_values(labels.pop(), values)
+        return self.draw_values(labels.pop(), values, max(largest_length(d, name) for _, d in self.overlaid))
 
-    def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:
-        """Values (point,) by the id of their dataset and by name."""
+    def draw_values(
+        self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]], largest: float = 0.0
+    ) -> DrawnAxes:
+        """Values (point,) by the id of their dataset and by name; the ``largest`` length decides their unit."""
         ax = styled(self.ax, self.abscissa.label, y_label)
+        show_lengths(ax.yaxis, largest=largest)
+        show_lengths(ax.xaxis, largest=max(largest_length(d, self.abscissa.name) for _, d in self.overlaid))
         for branch_label, dataset in self.overlaid:
             for name, series in values[id(dataset)].items():
                 label = self._label(branch_label, name, len(values[id(dataset)]))
@@ -85,7 +90,7 @@ class Curves:
                 _line(ax, x, y, stable, label)
         every = np.concatenate([series for curves in values.values() for series in curves.values()])
         if self.new:
-            _limits(ax, every)
+            _limits(ax, every, length_shown("m", largest)[0])
             self._scale(ax)
             alone = {name for curves in values.values() for name in curves}
             about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
@@ -125,13 +130,13 @@ def _line(ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, label: str
             ax.plot(x, np.where(beside, y, np.nan), linewidth=1.2, linestyle=pen, color=line.get_color(), label="_")
 
 
-def _limits(ax: Axes, values: np.ndarray) -> None:
-    """Set limits that do not magnify rounding."""
+def _limits(ax: Axes, values: np.ndarray, factor: float) -> None:
+    """Set limits that do not magnify rounding; ``factor`` is that of the unit shown."""
     known = values[np.isfinite(values)]
     if not known.size:
         ax.text(0.5, 0.5, "no values", transform=ax.transAxes, ha="center", color=GREY)
     elif not known.any():
-        ax.set_ylim(-0.05, 1.0)
+        ax.set_ylim(-0.05 / factor, 1.0 / factor)
     elif known.size and np.ptp(known) < 1e-6 * np.abs(known).max():
         ax.set_ylim(*np.sort(known[0] * np.array([0.8, 1.2])))
 

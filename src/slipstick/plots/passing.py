@@ -9,10 +9,10 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import one
 from slipstick.plots.quantities import with_unit
-from slipstick.plots.style import COLOURS, GREY, legend, styled
+from slipstick.plots.style import COLOURS, GREY, legend, show_lengths, styled
 from slipstick.results.run_up import RunUp, half_range, time_unit
 from slipstick.results.solutions import Solutions
-from slipstick.results.view import unit_of
+from slipstick.results.view import largest_length, unit_of
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Solutions | None = Non
         ax.plot(*known.envelope(name), color=COLOURS[0], linestyle="-", label="passing through")
     else:
         ax = styled(ax, f"time [{time}]", label)
+    show_lengths(ax.yaxis, largest=largest_length(known.dataset, "amplitude"))
+    if not known.dataset.attrs["rate"]:
         size = known.dataset["amplitude"].sel(dof=name).to_numpy()
         ax.plot(known.dataset["time"].to_numpy(), size, color=COLOURS[0], linestyle="-", label="per period")
     if branch is not None:
@@ -89,6 +91,7 @@ def section(run: RunUp, dof: str | None = None, *, last: int = 256, ax: Axes | N
     known, name = _known(run, dof)
     length, velocity = (unit_of(known.dataset, f"section_{kind}", name) for kind in ("displacement", "velocity"))
     ax = styled(ax, with_unit(f"displacement of {name}", length), with_unit(f"velocity of {name}", velocity))
+    show_lengths(ax.xaxis, largest=largest_length(known.dataset, "section_displacement"))
     ax.plot(*known.section(name, last), linestyle="none", marker=".", markersize=3.0, color=COLOURS[0])
     return ax
 

@@ -34,12 +34,13 @@ from slipstick.plots.style import (
     new_figure,
     over_decades,
     short,
+    show_lengths,
     styled,
     titled,
 )
 from slipstick.results.contacts import contact_at, force_of, loop_at, planar_contacts, states_at
 from slipstick.results.solutions import Solutions
-from slipstick.results.view import names_of
+from slipstick.results.view import largest_length, names_of
 from slipstick.typing import Array, DrawnAxes, Names
 from slipstick.units import after_number, energy_unit
 
@@ -106,6 +107,7 @@ def loop(
     periods = {name: loop_at(drawn, point, name) for name in names}
     force = with_unit(force_text(periods), unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
+    show_lengths(ax.xaxis, largest=largest_length(dataset, "displacement"))
     for name, period in periods.items():
         (line,) = ax.plot(period[key], period["force"], linewidth=1.6, label=label if len(names) == 1 else name)
         if not np.ptp(period[key]) and not np.ptp(period["force"]):
@@ -175,6 +177,7 @@ def _paths(branch: Solutions, dataset: xarray.Dataset, point: int, names: list[s
     unit, states = units_of(dataset), states_at(branch, point)
     for ax, text, kind in ((left, "Friction force", "force"), (right, "Vibration", "length")):
         styled(ax, *(with_unit(f"{text}, {which} direction", unit.label(kind)) for which in ("first", "second")))
+        show_lengths(ax.xaxis, ax.yaxis, largest=largest_length(dataset, "displacement"))
         ax.set_aspect("equal", adjustable="datalim")
     for name in names:
         first, second = (loop_at(branch, point, name, port=port) for port in ("tangential", "second"))
@@ -241,6 +244,7 @@ def orbit(branch: OneBranch, point: int, contact: str | None = None, *, ax: Axes
     x, y = (there.motion.harmonics.H_minus(tau) @ Q[0] for Q in there.motion.Q[:2])
     (states,) = there.law.states(there.motion, there.values)
     ax = styled(ax, with_unit("Motion along x", unit), with_unit("Motion along y", unit), height=5.0)
+    show_lengths(ax.xaxis, ax.yaxis, largest=largest_length(dataset, "displacement"))
     ax.set_aspect("equal", adjustable="datalim")
     _circle(ax, float(there.values["gap"][0]))
     _state_path(ax, tau, x, y, states)
@@ -412,6 +416,7 @@ def history(
     text = force_text(periods)
     y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset, names)
     ax = styled(ax, "Phase τ = ω t", y_label)
+    show_lengths(ax.yaxis, largest=largest_length(dataset, "displacement"))
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
         period = periods.get(name, {})
@@ -478,6 +483,7 @@ def spectrum(
     y_label = f"Amplitude of the {text[0].lower()}{text[1:]}"
     sizes = {name: _sizes(values) for name, values in series.items()}
     ax = styled(ax, "Harmonic of the fundamental frequency", y_label)
+    show_lengths(ax.yaxis, largest=largest_length(dataset, "displacement"))
     width = 0.8 / len(names)
     for k, (name, values) in enumerate(sizes.items()):
         places = np.arange(len(orders)) + (k + 0.5) * width - 0.4

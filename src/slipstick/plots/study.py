@@ -11,7 +11,7 @@ from slipstick.errors import InputError
 from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
-from slipstick.plots.style import COLOURS, GREY, legend, log_scale, over_decades, styled
+from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, log_scale, over_decades, show_lengths, styled
 from slipstick.results.amplification import amplification_percentiles, histogram_edges
 from slipstick.results.percentiles import (
     FEWEST,
@@ -22,7 +22,7 @@ from slipstick.results.percentiles import (
     peak_percentiles,
 )
 from slipstick.results.table import is_dataset
-from slipstick.results.view import followed_of
+from slipstick.results.view import followed_of, largest_length
 from slipstick.typing import DrawnAxes, Names
 from slipstick.units import unit_of_dof
 
@@ -93,6 +93,7 @@ def _line(
     data: xarray.Dataset, name: str, peaks: xarray.DataArray, complete: xarray.DataArray, label: str, ax: Axes | None
 ) -> DrawnAxes:
     ax = styled(ax, _labelled(data[name], name), label)
+    show_lengths(ax.yaxis, largest=largest_length(data, "peak_amplitude"))
     x, y, good = data[name].to_numpy(), peaks.to_numpy(), complete.to_numpy()
     if peaks.ndim != 1:
         return ax
@@ -136,7 +137,7 @@ def _map(
         ax.plot(x[bad], y[bad], linestyle="none", marker="x", color="black", label="did not complete")
         legend(ax)
     figure: Any = ax.get_figure()
-    figure.colorbar(drawn, ax=ax).set_label(label, parse_math=False)
+    label_colour_bar(figure.colorbar(drawn, ax=ax), label, largest_length(data, "peak_amplitude"))
     return ax
 
 
@@ -199,6 +200,7 @@ def study_curves(
         _labelled(curves["amplitude"], f"amplitude of {one}", one),
     )
     ax = styled(ax, x_label, y_label)
+    show_lengths(ax.yaxis, largest=largest_length(data, "peak_amplitude"))
     number, value = _flat(data, name)
     by_case = dict(zip(number.tolist(), value.tolist(), strict=True))
     norm = LogNorm() if over_decades([np.abs(value)]) and np.all(value > 0) else Normalize()
@@ -269,6 +271,7 @@ def percentile_band(
         ax, _labelled(curves[followed], str(curves[followed].long_name)),
         _labelled(curves["amplitude"], f"amplitude of {one}", one),
     )  # fmt: skip
+    show_lengths(ax.yaxis, largest=largest_length(study, "peak_amplitude"))
     x, sizes = found[followed].to_numpy(), found["amplitude"].sel(dof=one).to_numpy()
     peaks = peak_percentiles(study, asked)
     at, high = (peaks[name].sel(dof=one).to_numpy() for name in (f"peak_{followed}", "peak_amplitude"))

@@ -74,7 +74,7 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     for axis, label in ((ax.xaxis, x_label), (ax.yaxis, y_label)):
         axis.set_label_text(label, parse_math=False)
         if label.endswith(METRES) and isinstance(axis.get_major_formatter(), (ScalarFormatter, Lengths)):
-            axis.set_major_formatter(Lengths(label))
+            axis.set_major_formatter(Lengths(label, getattr(axis.get_major_formatter(), "largest", 0.0)))
         elif isinstance(axis.get_major_formatter(), Lengths):
             axis.set_major_formatter(ScalarFormatter())
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
@@ -84,12 +84,20 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     return cast("DrawnAxes", ax)
 
 
-def label_colour_bar(bar: Any, label: str) -> None:
-    """Name a colour bar; small lengths in metres are shown as millimetres or micrometres."""
+def show_lengths(*axes: Any, largest: float) -> None:
+    """Show lengths in metres, on these axes of figures, in the unit of the ``largest`` one of the results."""
+    from slipstick.plots.ticks import show_lengths
+
+    for axis in axes:
+        show_lengths(axis, largest)
+
+
+def label_colour_bar(bar: Any, label: str, largest: float = 0.0) -> None:
+    """Name a colour bar; lengths in metres are shown in the unit of the ``largest``, by default of those it shows."""
     from slipstick.plots.ticks import METRES, Lengths
 
     if label.endswith(METRES):
-        bar.formatter = Lengths(label)
+        bar.formatter = Lengths(label, largest)
     else:
         bar.formatter.set_powerlimits((-3, 5))
     bar.ax.yaxis.set_label_text(label, parse_math=False)

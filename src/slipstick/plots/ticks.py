@@ -7,30 +7,33 @@ from typing import Any
 
 from matplotlib.ticker import Formatter, LogFormatterSciNotation
 
+from slipstick.units import length_shown
+
 METRES = "[m]"
-_SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
-"""Below which largest value on the axis, factor and name of a unit."""
+_PREFIXED = ("[mm]", "[µm]")
 
 
 class Lengths(Formatter):
-    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows the visible range."""
+    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label names the unit they are shown in.
+
+    That of the ``largest`` length, which results tell, else that of the visible range.
+    """
 
     axis: Any
 
-    def __init__(self, label: str) -> None:
-        self._label = label
+    def __init__(self, label: str, largest: float = 0.0) -> None:
+        self._label, self.largest = label, largest
 
     def _unit(self) -> tuple[float, str]:
         if not self._labelled:
             return 1.0, METRES
-        largest = max(map(abs, self.axis.get_view_interval()))
-        return next(((factor, name) for below, factor, name in _SMALLER if largest < below), (1.0, METRES))
+        factor, name = length_shown("m", self.largest or max(map(abs, self.axis.get_view_interval())))
+        return factor, f"[{name}]"
 
     @property
     def _labelled(self) -> bool:
         """Whether the axis still has this label; ticks under a label of the user are metres."""
-        names = (METRES, *(name for _, _, name in _SMALLER))
-        return self.axis.label.get_text() in [self._label.replace(METRES, name) for name in names]
+        return self.axis.label.get_text() in [self._label.replace(METRES, name) for name in (METRES, *_PREFIXED)]
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """The texts of all ticks, which are about to be drawn: the label follows."""
@@ -72,9 +75,17 @@ def _named(axis: Any, values: Sequence[float], texts: Sequence[str]) -> list[str
 
 def log_scale(ax: Any, name: str, **options: Any) -> None:
     """Give the axis "x" or "y" a logarithmic scale, with ticks whose texts do not touch."""
-    getattr(ax, f"set_{name}scale")("log", **options)
     axis = getattr(ax, f"{name}axis")
+    largest = getattr(axis.get_major_formatter(), "largest", 0.0)
+    getattr(ax, f"set_{name}scale")("log", **options)
     label = axis.get_label_text()
     metres = label.endswith(METRES)
-    axis.set_major_formatter(Lengths(label) if metres else _Numbers())
-    axis.set_minor_formatter(_BetweenDecades(label) if metres else _Numbers())
+    axis.set_major_formatter(Lengths(label, largest) if metres else _Numbers())
+    axis.set_minor_formatter(_BetweenDecades(label, largest) if metres else _Numbers())
+
+
+def show_lengths(axis: Any, largest: float) -> None:
+    """Show lengths on an axis in metres in the unit of the ``largest`` one of the results, here and drawn before."""
+    for numbers in (axis.get_major_formatter(), axis.get_minor_formatter()):
+        if isinstance(numbers, Lengths):
+            numbers.largest = max(numbers.largest, largest)

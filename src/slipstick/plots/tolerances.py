@@ -14,7 +14,7 @@ from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
 from slipstick.results.solutions import Solutions
-from slipstick.results.view import after
+from slipstick.results.view import value_text
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -132,8 +132,9 @@ def tornado(
     ax.axvline(0.0, color=GREY, linewidth=0.8)
     if new:
         size = float(dataset["amplitude"].to_numpy()[at, known.dof_index(name)])
-        unit = after(dataset, "amplitude", name)
-        about = f"amplitude of {name}: {size:.4g}{unit} at {abscissa_text(dataset, at)}"
+        about = (
+            f"amplitude of {name}: {value_text(dataset, 'amplitude', size, name, 4)} at {abscissa_text(dataset, at)}"
+        )
         titled(ax.figure, str(dataset.attrs.get("title", "")), about)
     legend(ax)
     return ax

@@ -17,10 +17,10 @@ from slipstick.plots.quantities import (
     units_of,
     with_unit,
 )
-from slipstick.plots.style import label_colour_bar, legend, new_figure, short, styled, titled
+from slipstick.plots.style import label_colour_bar, legend, new_figure, short, show_lengths, styled, titled
 from slipstick.results.deflection import contact_nodes, contact_places, nearest_contacts, outward
 from slipstick.results.solutions import Solutions
-from slipstick.results.view import analysis_of, names_of, values_of
+from slipstick.results.view import analysis_of, largest_length, names_of, values_of
 from slipstick.typing import Array, IntArray, Names, Points
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def wear(branch: OneBranch, contact: Names = None, dof: Names = None) -> tuple[A
     drawn = (("worn_depth", "contact", contacts), ("normal_load", "contact", contacts), ("amplitude", "dof", dofs))
     for ax, (name, dim, labels) in zip(places.flat, drawn, strict=False):
         styled(ax, "", quantity(data, name, labels if dim == "dof" else ()))
+        show_lengths(ax.yaxis, largest=largest_length(data, name))
         for label in labels:
             ax.plot(cycles, values_of(data, name, dim, label), linewidth=1.6, label=label)
         if len(labels) > 1:
@@ -131,7 +132,7 @@ def worn_surface(branch: OneBranch, points: Points = None) -> tuple[Axes, ...]:
     for ax in list(axes.flat)[len(at) :]:
         ax.set_visible(False)
     bar = figure.colorbar(axes.flat[0].collections[0], ax=axes, shrink=0.9)
-    label_colour_bar(bar, quantity(data, "worn_depth"))
+    label_colour_bar(bar, quantity(data, "worn_depth"), largest_length(data, "worn_depth"))
     titled(figure, str(data.attrs.get("title", "")))
     return tuple(list(axes.flat)[: len(at)])
 
@@ -194,6 +195,7 @@ def _bars(data: xarray.Dataset, at: list[int], depth: Array) -> Axes:
 
     names, viridis = names_of(data, "contact"), colormaps["viridis"]
     ax = styled(None, "", quantity(data, "worn_depth"))
+    show_lengths(ax.yaxis, largest=largest_length(data, "worn_depth"))
     width = 0.8 / len(at)
     for j, (k, values) in enumerate(zip(at, depth, strict=True)):
         where = np.arange(len(names)) + (j - 0.5 * (len(at) - 1)) * width

@@ -18,7 +18,17 @@ from slipstick.results.disc import disc_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import UNKNOWN
-from slipstick.results.view import View, after, frequency_unit, label_of, names_of, ranked, unit_of, view_of
+from slipstick.results.view import (
+    View,
+    frequency_unit,
+    label_of,
+    names_of,
+    ranked,
+    requested_dofs,
+    unit_of,
+    unit_shown,
+    view_of,
+)
 from slipstick.typing import Array
 from slipstick.units import Units, after_number, energy_unit, unit_of_dof
 
@@ -34,11 +44,18 @@ _TOLD = {"title", "author", "remarks", "case", "case_file", "warnings", "outcome
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
 def content_of(
-    branch: Solutions, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
+    branch: Solutions,
+    label: str,
+    *,
+    contacts: int,
+    dofs: int,
+    tolerances: Mapping[str, float] | None = None,
+    beside: Sequence[ResultTable] = (),
 ) -> dict[str, Any]:
     """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
 
-    ``tolerances`` are shares of parameters by name, whose effect is shown on the curves.
+    ``tolerances`` are shares of parameters by name, whose effect is shown on the curves. Lengths are in the unit they
+    are shown in, which results ``beside`` share; what force and motion of contacts are drawn from stays in their own.
 
     Raises InputError where it holds no motion.
     """
@@ -48,9 +65,10 @@ def content_of(
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     view, toleranced = view_of(dataset), {}
+    factors = np.array([unit_shown(dataset, "displacement", names[d], beside)[0] for d in kept["dof"]])
     provenance = _provenance(branch)
     if tolerances is not None and len(branch):
-        toleranced = {"bands": bands_of(branch, kept["dof"], tolerances)}
+        toleranced = {"bands": bands_of(branch, kept["dof"], tolerances, factors)}
         provenance["about"] += what_matters(branch, kept["dof"], tolerances)
     return {
         "label": label,
@@ -60,7 +78,7 @@ def content_of(
         "orders": list(branch.harmonics.orders),
         "points": len(branch),
         "analysis": view.name,
-        "abscissae": abscissae_of(dataset, view),
+        "abscissae": abscissae_of(dataset, view, beside),
         "inputs": inputs_of(branch.problem, dataset.attrs, frequency_unit(dataset)),
         "companions": view.companions,
         "frequency": frequency_of(dataset),
@@ -68,16 +86,16 @@ def content_of(
         **_marks(dataset),
         "dofs": _named(dataset, "dof", kept["dof"])
         | {
-            **_motion(dataset, [names[d] for d in kept["dof"]]),
-            "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
+            **_motion(dataset, [names[d] for d in kept["dof"]], beside),
+            "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]] * factors[:, None], 3),
         },
         "asked": _requested_dofs(dataset, kept["dof"]),
         "notes": _notes(dataset, kept["dof"], view),
-        "curves": curves_of(branch, kept, view),
-        "references": references_of(branch, kept["dof"]) if view.name == "response" else [],
+        "curves": curves_of(branch, kept, view, beside),
+        "references": references_of(branch, kept["dof"], factors) if view.name == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
-        "shape": shape_of(branch),
-        "disc": disc_content(branch),
+        "shape": shape_of(branch, beside),
+        "disc": disc_content(branch, beside),
         "diagram": diagram_of(branch),
     }
 
@@ -179,22 +197,17 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
     return marks
 
 
-def _motion(dataset: ResultTable, dofs: Sequence[str]) -> dict[str, Any]:
-    """Label and unit of the displacements, a length, and the unit of each dof."""
-    length = unit_of_dof(unit_of(dataset, "displacement"), "")
-    units = [unit_of(dataset, "displacement", dof) for dof in dofs]
+def _motion(dataset: ResultTable, dofs: Sequence[str], beside: Sequence[ResultTable]) -> dict[str, Any]:
+    """Label, unit of the displacements, how many of it are one of the results, and the unit of each dof."""
+    factor, mixed = unit_shown(dataset, "displacement", beside=beside)
+    length, units = unit_of_dof(mixed, ""), [unit_shown(dataset, "displacement", dof, beside)[1] for dof in dofs]
     label = label_of(dataset, "displacement")
-    return {"label": label, "units": length, "after": after_number(length), "units_of": units}
+    return {"label": label, "units": length, "after": after_number(length), "factor": factor, "units_of": units}
 
 
 def _requested_dofs(dataset: ResultTable, kept: Indices) -> list[int]:
     """Places, among the dofs of the page, of those tracked or optimised, else of those with peaks."""
-    names = names_of(dataset, "dof")
-    wanted = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
-    wanted[2:] = [[*wanted[2], *wanted[3]]]
-    chosen = [names.index(name) for name in next(filter(None, wanted), []) if name in names]
-    if not chosen and "peak_dof" in dataset:
-        chosen = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
+    chosen = requested_dofs(dataset)
     return [place for place, d in enumerate(kept) if d in chosen]
 
 
@@ -233,7 +246,9 @@ def _contacts(branch: Solutions, kept: Indices) -> dict[str, Any]:
     }
 
 
-def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
+def bands_of(
+    branch: Solutions, kept: Indices, tolerances: Mapping[str, float], factors: Array | float = 1.0
+) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs of the page, and the tolerances as text."""
     from slipstick.analysis.sensitivity.tolerances import amplitude_band
 
@@ -241,8 +256,8 @@ def bands_of(branch: Solutions, kept: Indices, tolerances: Mapping[str, float]) 
     bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
     return {
-        "low": packed(np.array([band.low for band in bands]).T),
-        "high": packed(np.array([band.high for band in bands]).T),
+        "low": packed(np.array([band.low for band in bands]).T * factors),
+        "high": packed(np.array([band.high for band in bands]).T * factors),
         "said": said,
     }
 
@@ -267,7 +282,7 @@ MOST_SHAPE_NODES = 1500
 """Of a surface, and so many contacts on it at most: a page has their motion at every point."""
 
 
-def shape_of(branch: Solutions) -> dict[str, Any] | None:
+def shape_of(branch: Solutions, beside: Sequence[ResultTable] = ()) -> dict[str, Any] | None:
     """Nodes, triangles, fields and their coefficients at every point; None without a surface mesh."""
     skin = None if branch.problem is None else branch.problem.structure.skin
     if skin is None or not len(branch):
@@ -278,7 +293,7 @@ def shape_of(branch: Solutions) -> dict[str, Any] | None:
 
         coarse = thinned(skin.nodes, skin.triangles, MOST_SHAPE_NODES)
     deflection = deflection_of(branch, small=UNSEEN, coarse=coarse)
-    on = _on_surface(branch, deflection.skin)
+    on = _on_surface(branch, deflection.skin, beside)
     size = float(np.abs(deflection.fields).max()) or 1.0
     return {
         "nodes": packed(deflection.skin.nodes, "f4"),
@@ -309,7 +324,7 @@ ON_SURFACE = {
 """Quantities of contacts that colour a surface; of a force its mean."""
 
 
-def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
+def _on_surface(branch: Solutions, skin: Skin, beside: Sequence[ResultTable]) -> dict[str, Any] | None:
     """Contact shown at each node of a surface, counted from 1, 0 for none, and what they do at every point.
 
     Quantities are in steps of the 65535th part of their largest value anywhere.
@@ -322,12 +337,14 @@ def _on_surface(branch: Solutions, skin: Skin) -> dict[str, Any] | None:
     contact = np.zeros(len(shown), dtype=int)
     contact[shown >= 0] = place + 1
     turn = _looking_at(outward(branch.problem, contact_nodes(branch.problem))[1])
-    of = [one for name in ON_SURFACE if (one := _at_contacts(branch.table, name, kept)) is not None]
+    of = [one for name in ON_SURFACE if (one := _at_contacts(branch.table, name, kept, beside)) is not None]
     count = branch.table.sizes["contact"]
     return {"contact": packed(contact, "u2"), "turn": turn, "of": of, "shown": len(kept), "count": count}
 
 
-def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, Any] | None:
+def _at_contacts(
+    dataset: ResultTable, name: str, kept: Indices, beside: Sequence[ResultTable]
+) -> dict[str, Any] | None:
     """A quantity of the contacts of the page, (point, contact); None where it is missing or zero."""
     if name not in dataset or (name == "normal_force" and "normal_load" in dataset):
         return None
@@ -336,8 +353,9 @@ def _at_contacts(dataset: ResultTable, name: str, kept: Indices) -> dict[str, An
     most = float(values.max(initial=0.0))
     if not most > 0.0:
         return None
-    said = {"key": name, "label": ON_SURFACE[name], "after": after(dataset, name)}
-    return {**said, "most": most, "values": packed(np.rint(values / most * 65535.0), "u2")}
+    factor, unit = unit_shown(dataset, name, beside=beside)
+    said = {"key": name, "label": ON_SURFACE[name], "after": after_number(unit), "most": most * factor}
+    return {**said, "values": packed(np.rint(values / most * 65535.0), "u2")}
 
 
 _FROM_ABOVE, _ASIDE = 60.0, -35.0
@@ -357,7 +375,7 @@ MOST_ON_DISC = 3
 """Dofs whose motion at every sector is in a page."""
 
 
-def disc_content(branch: Solutions) -> dict[str, Any] | None:
+def disc_content(branch: Solutions, beside: Sequence[ResultTable] = ()) -> dict[str, Any] | None:
     """Amplitudes and motion of the dofs of a disc that move most, of each sector or of the one of a wave."""
     disc = disc_of(branch)
     if disc is None or not disc.dofs or not len(branch):
@@ -366,13 +384,15 @@ def disc_content(branch: Solutions) -> dict[str, Any] | None:
     largest = {name: float(np.nan_to_num(amplitude[:, where]).max()) for name, where in disc.dofs.items()}
     names = sorted(sorted(largest, key=lambda name: -largest[name])[:MOST_ON_DISC], key=list(largest).index)
     kept = [place for name in names for place in disc.dofs[name][: None if disc.whole else 1]]
+    every = names_of(branch.table, "dof")
+    factors = np.array([unit_shown(branch.table, "amplitude", every[d], beside)[0] for d in kept])
     return {
         "sectors": disc.sectors,
         "engine_order": disc.engine_order,
         "whole": disc.whole,
         "dofs": names,
-        "amplitude": packed(amplitude[:, kept]),
-        "displacement": fixed(motion[:, kept], 2),
+        "amplitude": packed(amplitude[:, kept] * factors),
+        "displacement": fixed(motion[:, kept] * factors[:, None], 2),
     }
 
 
@@ -384,7 +404,7 @@ _SECONDS = 0.2
 """About the time each limit may take."""
 
 
-def references_of(branch: Solutions, kept: Indices) -> list[dict[str, Any]]:
+def references_of(branch: Solutions, kept: Indices, factors: Array | float = 1.0) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
     from slipstick.analysis.curve.linear import linear_references
 
@@ -399,7 +419,7 @@ def references_of(branch: Solutions, kept: Indices) -> list[dict[str, Any]]:
         {
             "label": label,
             "omega": packed(limit.table["omega"].to_numpy(), "f8"),
-            "amplitude": packed(limit.table["amplitude"].to_numpy()[:, kept]),
+            "amplitude": packed(limit.table["amplitude"].to_numpy()[:, kept] * factors),
         }
         for label, limit in limits
     ]

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.report.encoding import Indices, packed
 from slipstick.results.stability import between_known
-from slipstick.results.view import View, after, label_of, phases_at, unit_of, values_at
+from slipstick.results.view import View, label_of, names_of, phases_at, unit_shown, values_at
 from slipstick.state.registry import STATE_VARIABLES
 from slipstick.structure.campbell import campbell
 from slipstick.structure.cyclic import CyclicStructure, TravellingWave
 from slipstick.structure.interference import interference
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.typing import Array
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
@@ -30,7 +31,9 @@ _OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multi
 _WORK = ("truncation", "newton_iterations")
 
 
-def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> list[dict[str, Any]]:
+def curves_of(
+    branch: Solutions, kept: Mapping[str, Indices], view: View, beside: Sequence[ResultTable] = ()
+) -> list[dict[str, Any]]:
     """All curves of a branch, the default first; ``kept`` are the dofs and contacts that are shown.
 
     A quantity without numbers, or one that is constant and of no interest, is left out.
@@ -38,16 +41,21 @@ def curves_of(branch: Solutions, kept: Mapping[str, Indices], view: View) -> lis
     dataset = branch.table
     if not len(branch):
         return []
-    curves = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, view)]
+    curves = [
+        *_of_dofs(branch, kept["dof"], beside),
+        *_of_contacts(dataset, kept["contact"], beside),
+        *_of_points(dataset, view, beside),
+    ]
     return sorted(curves, key=lambda curve: curve["key"] != view.first)
 
 
-def abscissae_of(dataset: ResultTable, view: View) -> list[dict[str, Any]]:
+def abscissae_of(dataset: ResultTable, view: View, beside: Sequence[ResultTable] = ()) -> list[dict[str, Any]]:
     """Possible abscissae of the curves, the followed quantity first: the frequency, a parameter, an amplitude."""
     return [
-        {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
+        {"key": key, **said, "values": packed(dataset[key].to_numpy() * factor, "f8")}
         for key in view.over
         if key == view.over[0] or (key in dataset and _says_something(dataset[key].to_numpy().astype(float)))
+        for said, factor in [meaning(dataset, key, beside)]
     ]
 
 
@@ -57,12 +65,12 @@ def _says_something(values: Array) -> bool:
     return known.size > 0 and bool((known != known[0]).any())
 
 
-def _of_dofs(branch: Solutions, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_dofs(branch: Solutions, kept: Indices, beside: Sequence[ResultTable]) -> Iterator[dict[str, Any]]:
     dataset = branch.table
     if "amplitude" in dataset:
-        yield _curve(dataset, "amplitude", "dof", dataset["amplitude"].to_numpy()[:, kept])
+        yield _curve(dataset, "amplitude", "dof", dataset["amplitude"].to_numpy()[:, kept], beside, kept)
     if "mean" in dataset:
-        yield _curve(dataset, "mean", "dof", values_at(dataset, "mean", "dof", kept))
+        yield _curve(dataset, "mean", "dof", values_at(dataset, "mean", "dof", kept), beside, kept)
     if branch.harmonics.n and len(kept):
         phases = phases_at(dataset, kept, 1)
         if np.isfinite(phases).any():
@@ -70,7 +78,7 @@ def _of_dofs(branch: Solutions, kept: Indices) -> Iterator[dict[str, Any]]:
             yield {"key": "phase", "over": "dof", **shown, "values": packed(phases)}
 
 
-def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_contacts(dataset: ResultTable, kept: Indices, beside: Sequence[ResultTable]) -> Iterator[dict[str, Any]]:
     """Variables over point and contact that say something: those that vary along the branch, power and friction."""
     if not len(kept):
         return
@@ -81,27 +89,40 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
         if not known.size or not (name in _ALWAYS or (known != known[:1]).any()):
             continue
         total = {"total": packed(np.nansum(values, axis=1))} if name == "dissipated_power" else {}
-        yield _curve(dataset, name, "contact", values[:, kept]) | total
+        yield _curve(dataset, name, "contact", values[:, kept], beside) | total
 
 
-def _of_points(dataset: ResultTable, view: View) -> Iterator[dict[str, Any]]:
+def _of_points(dataset: ResultTable, view: View, beside: Sequence[ResultTable]) -> Iterator[dict[str, Any]]:
     for name in (*_OF_POINTS, *_WORK):
         if name == view.over[0] or name not in dataset or dataset[name].dims != ("point",):
             continue
         values = dataset[name].to_numpy().astype(float)
         values = between_known(values) if name == "multiplier_max" else values
         if np.isfinite(values).any() and (name != "omega" or _says_something(values)):
-            yield _curve(dataset, name, "", values)
+            yield _curve(dataset, name, "", values, beside)
 
 
-def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[str, Any]:
-    return {"key": name, "over": over, **meaning(dataset, name), "values": packed(values)}
+def _curve(
+    dataset: ResultTable,
+    name: str,
+    over: str,
+    values: Array,
+    beside: Sequence[ResultTable],
+    dofs: Indices | None = None,
+) -> dict[str, Any]:
+    said, factor = meaning(dataset, name, beside)
+    factors: Any = factor
+    if dofs is not None:
+        names = names_of(dataset, "dof")
+        factors = np.array([unit_shown(dataset, name, names[d], beside)[0] for d in dofs])
+    return {"key": name, "over": over, **said, "values": packed(values * factors)}
 
 
-def meaning(dataset: ResultTable, name: str) -> dict[str, str]:
-    """Label and units of a variable; ``after`` is the unit in the form that follows a number."""
+def meaning(dataset: ResultTable, name: str, beside: Sequence[ResultTable] = ()) -> tuple[dict[str, str], float]:
+    """Label and unit of a variable as it is shown and the factor to that unit; ``after`` stands behind a number."""
     label = "Frequency" if name == "omega" else label_of(dataset, name)
-    return {"label": label, "units": unit_of(dataset, name), "after": after(dataset, name)}
+    factor, unit = unit_shown(dataset, name, beside=beside)
+    return {"label": label, "units": unit, "after": after_number(unit)}, factor
 
 
 MOST_DOFS = 60

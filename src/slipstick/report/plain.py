@@ -16,7 +16,7 @@ from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.inputs import inputs_of_case
 from slipstick.results.run_up import RunUp, time_unit
-from slipstick.results.view import after, names_of, ranked, view_of
+from slipstick.results.view import names_of, ranked, value_text, view_of
 from slipstick.units import Units, after_number, energy_unit
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
         head += ["steady", "at", "shift", "ratio"]
     for dof in kept:
         peak = run.peak(dof)
-        row = [dof, f"{peak.amplitude:.6g}{after(data, 'amplitude', dof)}", speed(peak.omega)]
+        row = [dof, f"{value_text(data, 'amplitude', peak.amplitude, dof)}", speed(peak.omega)]
         if steady is not None:
             row += _lag(run, steady, dof)
         rows.append(row)
@@ -219,21 +219,21 @@ def _motions(run: RunUp, kept: Sequence[str], steady: Solutions | None) -> str:
 
 
 def _lag(run: RunUp, steady: Solutions, dof: str) -> list[str]:
-    speed, unit = _speed(run.dataset), after(run.dataset, "amplitude", dof)
+    speed = _speed(run.dataset)
     try:
         lag = run.lag(steady, dof)
     except InputError:  # the curve has no such dof, or no peak of it
         return ["-"] * 4
-    return [f"{lag.steady_amplitude:.6g}{unit}", speed(lag.steady_omega), speed(lag.shift), f"{lag.ratio:.4f}"]
+    steady_size = value_text(run.dataset, "amplitude", lag.steady_amplitude, dof)
+    return [steady_size, speed(lag.steady_omega), speed(lag.shift), f"{lag.ratio:.4f}"]
 
 
 def _kind(run: RunUp) -> Any:
     speed, sizes = _speed(run.dataset), run.dataset["amplitude"]
 
     def row(dof: str) -> list[str]:
-        unit = after(run.dataset, "amplitude", dof)
         size = sizes.sel(dof=dof).to_numpy()
-        said = [dof, f"{size.max():.6g}{unit}", f"{size[-1]:.6g}{unit}"]
+        said = [dof, *(value_text(run.dataset, "amplitude", float(own), dof) for own in (size.max(), size[-1]))]
         try:
             motion = run.motion(dof)
         except InputError as error:

@@ -12,7 +12,8 @@ from slipstick.report.encoding import packed
 from slipstick.report.inputs import inputs_of_case
 from slipstick.results.amplification import TUNED, amplification_of, histogram_edges, is_mistuning, largest_alone
 from slipstick.results.percentiles import PERCENTILES, curve_percentiles, is_sampled, peak_percentiles
-from slipstick.results.view import followed_of, names_of, ranked, unit_of
+from slipstick.results.view import followed_of, names_of, ranked, unit_of, unit_shown
+from slipstick.typing import Array
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -42,7 +43,10 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     kept = np.sort(order[:dofs])
     known = names_of(study, "dof")
     place, at = _followed(study, dims)
-    units = unit_of(study, "peak_amplitude")
+    shown = [unit_shown(study, "peak_amplitude", known[d]) for d in kept.tolist()]
+    factors = np.array([factor for factor, _ in shown])
+    if scatter is not None and scatter["tuned"] is not None:
+        scatter["tuned"] *= float(factors[0])  # of the one output that stands for the largest
     return {
         **provenance(study.attrs),
         "inputs": inputs_of_case(str(study.attrs.get("case", ""))),
@@ -50,17 +54,22 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "grid": len(dims) > 1 or str(dims[0]) != "case",
         "parameters": [_parameter(study, name, dims) for name in names],
         "dofs": [
-            {"name": known[d], "peak": packed(peaks[:, d], "f8"), "at": packed(at[:, d], "f8")} for d in kept.tolist()
+            {
+                "name": known[d],
+                "peak": packed(peaks[:, d] * factor, "f8"),
+                "at": packed(at[:, d], "f8"),
+                "units": unit,
+                "after": after_number(unit),
+            }
+            for d, (factor, unit) in zip(kept.tolist(), shown, strict=True)
         ],
         "first": known[order[0]],
-        "units": units,
-        "after": after_number(units),
         "followed": place,
         "frequency": frequency_of(study) if "peak_omega" in study else {"unit": "", "factors": {}},
         "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
-        **_curves(curves, kept),
-        "band": _band(study, curves, kept),
+        **_curves(curves, kept, factors),
+        "band": _band(study, curves, kept, factors),
         "scatter": scatter,
     }
 
@@ -85,14 +94,15 @@ def _scatter(study: xarray.Dataset) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any) -> dict[str, Any] | None:
+def _band(study: xarray.Dataset, curves: xarray.Dataset | None, kept: Any, factors: Array) -> dict[str, Any] | None:
     """Percentiles of the curves and the peaks of samples; None of a grid, and without curves."""
     if curves is None or not is_sampled(study) or not bool((study["outcome"] == "COMPLETED").any()):
         return None
     found, peaks = curve_percentiles(curves, study), peak_percentiles(study)
     followed = followed_of(found)
-    sizes = found["amplitude"].to_numpy()[:, :, kept]
+    sizes = found["amplitude"].to_numpy()[:, :, kept] * factors
     at, high = (peaks[name].to_numpy()[:, kept] for name in (f"peak_{followed}", "peak_amplitude"))
+    high = high * factors
     return {
         "percentiles": list(PERCENTILES),
         "x": packed(found[followed].to_numpy(), "f8"),
@@ -133,7 +143,7 @@ def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
+def _curves(data: xarray.Dataset | None, kept: Any, factors: Array) -> dict[str, Any]:
     """Curves of some dofs: at most ``MOST_CURVES`` cases, and about ``MOST_POINTS`` points of each."""
     if data is None or not {"case", "amplitude", "branch_part"} <= set(data.variables):
         return {"curves": [], "left_out": "curves.nc is not beside the study: its curves are not drawn"}
@@ -141,7 +151,7 @@ def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
     present = np.unique(case)
     some = present[np.unique(np.linspace(0, present.size - 1, min(MOST_CURVES, present.size)).astype(int))]
     x = data[followed_of(data)].to_numpy()
-    amplitude, part = data["amplitude"].to_numpy()[:, kept], data["branch_part"].to_numpy()
+    amplitude, part = data["amplitude"].to_numpy()[:, kept] * factors, data["branch_part"].to_numpy()
     peaks, drawn = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
     for number in some.tolist():
         points = np.flatnonzero(case == number)

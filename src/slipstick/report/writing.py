@@ -74,7 +74,9 @@ def write_report(
     title = text("report title", title)
     most: dict[str, Any] = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
     most["tolerances"] = tolerances
-    results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
+    together = labelled(branches)
+    most["beside"] = [branch.table for _, branch in together]
+    results = [content_of(branch, label, **most) for label, branch in together]
     _check_together(results)
     title = (
         title

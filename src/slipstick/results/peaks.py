@@ -8,6 +8,7 @@ import numpy as np
 
 from slipstick.results.schema import LARGEST, branch_parts
 from slipstick.typing import AnyArray, Array
+from slipstick.units import compared
 
 PROMINENCE = 1e-3
 """Least prominence of a peak, relative to its height.
@@ -31,7 +32,8 @@ def peak_points(data: Any, dof: int | None = None) -> AnyArray:
     points = np.flatnonzero(of >= 0 if dof is None else of == dof)
     parts, sizes, solved = branch_parts(data), data["amplitude"].to_numpy(), kinds != "interpolated"
     if data.attrs.get("peaks_of") == LARGEST and LARGEST not in data["dof"].to_numpy():
-        sizes = np.broadcast_to(sizes.max(axis=1)[:, None], sizes.shape)
+        among = compared([str(name) for name in data["dof"].to_numpy()])
+        sizes = np.broadcast_to(sizes[:, among].max(axis=1)[:, None], sizes.shape)
     return np.array([
         k for k in points.tolist()
         if kinds[k] != "peak" or _stands_out(sizes[:, of[k]], solved, parts == parts[k], k)

@@ -23,7 +23,8 @@ from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
 from slipstick.replacing import replacing
 from slipstick.results.schema import LARGEST
-from slipstick.results.view import names_of
+from slipstick.results.view import names_of, unit_of
+from slipstick.units import MIXED, unit_of_dof
 
 if TYPE_CHECKING:
     import xarray
@@ -132,11 +133,14 @@ def _peaks(solutions: Solutions) -> xarray.Dataset:
         names = [name for name, sought in zip(names, solutions.sought("peaks_of").tolist(), strict=True) if sought]
     found = [(name, *peak) for name in names for peak in solutions.peaks(name)]
     where, size = data[solutions.followed].attrs, data["amplitude"].attrs
+    units = [unit_of(data, "amplitude", name) for name, *_ in found]
+    mixed = MIXED in str(size.get("units", "")) and len(found)
     return Dataset(
         {
             "dof": ("peak", np.array([name for name, *_ in found], dtype=np.str_)),
             solutions.followed: ("peak", np.array([at for _, at, _ in found], dtype=float), dict(where)),
             "amplitude": ("peak", np.array([height for *_, height in found], dtype=float), dict(size)),
+            **({"unit": ("peak", np.array(units, dtype=np.str_), {"long_name": "of the amplitude"})} if mixed else {}),
         },
         attrs=data.attrs,
     )
@@ -168,11 +172,13 @@ def _columns(variable: xarray.DataArray, rows: int) -> Iterator[tuple[str, list[
     chosen = list(product(*labels))
     flat = variable.values.reshape(-1, len(chosen))
     for k, own in enumerate(chosen):
-        yield ".".join([str(variable.name), *own]) + _unit(variable), flat[:, k].tolist()
+        dof = own[variable.dims[rows:].index("dof")] if "dof" in variable.dims[rows:] else ""
+        yield ".".join([str(variable.name), *own]) + _unit(variable, dof), flat[:, k].tolist()
 
 
-def _unit(variable: xarray.DataArray) -> str:
+def _unit(variable: xarray.DataArray, dof: str = "") -> str:
     unit = str(variable.attrs.get("units", ""))
+    unit = unit_of_dof(unit, dof) if dof and MIXED in unit else unit
     return f" [{unit}]" if unit and unit != "1" else ""
 
 

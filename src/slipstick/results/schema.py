@@ -23,7 +23,7 @@ from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS,
 from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.state.registry import STATE_VARIABLES
 from slipstick.typing import AnyArray, Array
-from slipstick.units import ANGULAR, Units
+from slipstick.units import ANGULAR, MIXED, Units, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -131,6 +131,9 @@ OF_WAVES: dict[str, Declared] = {
 }  # fmt: skip
 """The same for travelling waves."""
 
+MOTION_UNITS = "motion_units"
+"""Attribute of the dofs: the unit of the motion of each, one a line; only where some are rotations."""
+
 LARGEST = "largest"
 """In place of names of dofs: the largest amplitude of all outputs, whichever that is."""
 
@@ -208,12 +211,19 @@ class Layout:
             return codes
         return np.array([*declared.texts, ""])[np.clip(codes, MISSING, len(declared.texts) - 1)]
 
+    @property
+    def _units_of_dofs(self) -> dict[str, str]:
+        """The unit of the motion of each dof, one a line, where some are rotations."""
+        mixed = next((own.units for own in self.variables.values() if MIXED in own.units), "")
+        return {MOTION_UNITS: "\n".join(unit_of_dof(mixed, dof) for dof in self.labels["dof"])} if mixed else {}
+
     def tables(self, values: Mapping[str, AnyArray], first: int = 0) -> Iterator[tuple[str, VariableParts]]:
         """Coordinates, then variables, by name, from values (n_points, ...) of the points from ``first`` on."""
         count = len(next(iter(values.values()), ()))
         yield "point", (("point",), np.arange(first, first + count), _meaning("1", DIMENSIONS["point"]))
         for dim, names in self.labels.items():
-            yield dim, ((dim,), np.array(names, dtype=np.str_), _meaning("1", DIMENSIONS.get(dim, dim)))
+            meaning = _meaning("1", DIMENSIONS.get(dim, dim)) | (self._units_of_dofs if dim == "dof" else {})
+            yield dim, ((dim,), np.array(names, dtype=np.str_), meaning)
         for name, declared in self.variables.items():
             meaning = _meaning(declared.units, declared.long_name)
             yield name, (("point", *declared.dims), self._of_type(name, values[name]), meaning)
@@ -255,8 +265,7 @@ def layout_of(
 
 def unit_in(units: Units, declared: Declared, dofs: Sequence[str]) -> str:
     """The unit of a variable; of the motion of dofs "m or rad" where some are rotations."""
-    motion = "dof" in declared.dims and declared.units == "length"
-    return units.of_dofs(dofs) if motion else units.label(declared.units)
+    return units.of_dofs(dofs, declared.units) if "dof" in declared.dims else units.label(declared.units)
 
 
 def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]]:

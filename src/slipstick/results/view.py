@@ -5,7 +5,7 @@ Pages, figures and the terminal all use these functions, on tables and datasets 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from slipstick.results.peaks import located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
 from slipstick.typing import Array, IntArray
-from slipstick.units import Units, after_number, is_rotation, power_unit, unit_of_dof
+from slipstick.units import MIXED, Units, after_number, is_rotation, length_shown, power_unit, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
@@ -163,6 +163,37 @@ def after(data: Any, name: str, dof: str = "") -> str:
     return after_number(unit_of(data, name, dof))
 
 
+def unit_shown(data: Any, name: str, dof: str = "", beside: Iterable[Any] = ()) -> tuple[float, str]:
+    """The unit that a variable is shown in, of one dof where that is given: factor to it and name.
+
+    Pages, figures and the terminal ask here. A length in metres gets the prefix that fits the largest one: motion that
+    of the largest amplitude, anything else that of its own values. Results shown ``beside`` each other share it.
+    """
+    unit = unit_of(data, name, dof)
+    if unit.partition(MIXED)[0] != "m":
+        return 1.0, unit
+    return length_shown(unit, max(largest_length(own, name) for own in (data, *beside)))
+
+
+def largest_length(data: Any, name: str) -> float:
+    """The length whose size decides the unit of a variable of results in metres; 0 where there is none."""
+    moving = name in data and ("dof" in data[name].dims or name.startswith("contact_"))
+    by = "amplitude" if moving and "amplitude" in data else name
+    if by not in data or unit_of(data, by).partition(MIXED)[0] != "m":
+        return 0.0
+    values = np.abs(data[by].to_numpy())
+    if "dof" in data[by].dims:
+        straight = [place for place, dof in enumerate(names_of(data, "dof")) if not is_rotation(dof)]
+        values = np.take(values, straight, data[by].dims.index("dof"))
+    return _finite(values)
+
+
+def value_text(data: Any, name: str, value: float, dof: str = "", digits: int = 6) -> str:
+    """A value of a variable with the unit it is shown in, "0.791846 mm"; the number alone where that has no name."""
+    factor, unit = unit_shown(data, name, dof)
+    return f"{value * factor:.{digits}g}{after_number(unit)}"
+
+
 def frequency_unit(data: Any) -> str:
     """The unit that frequencies are shown in: that of the range of the case, else the one of the results."""
     units, unit = Units.of_results(data.attrs), str(data.attrs.get("frequency_unit", ""))
@@ -177,7 +208,7 @@ def followed_of(data: Any) -> str:
 def followed_text(data: Any, value: float) -> str:
     """A value of what was followed: "4.26 rad/s (0.678 Hz)", or "10 mm/s" of a parameter."""
     if followed_of(data) == "parameter":
-        return f"{value:.6g}{after(data, 'parameter')}"
+        return value_text(data, "parameter", value)
     return Units.of_results(data.attrs).frequency_text(float(value), frequency_unit(data))
 
 
@@ -195,6 +226,23 @@ def ranked(data: Any, dim: str, name: str) -> IntArray:
     sizes = np.nan_to_num(np.abs(np.moveaxis(data[name].to_numpy(), axis, 0)))
     turned = [dim == "dof" and is_rotation(label) for label in names]
     return np.lexsort((-sizes.reshape(len(names), -1).max(axis=1, initial=0.0), turned))
+
+
+def requested_dofs(data: Any) -> list[int]:
+    """Places of the dofs tracked or optimised, else of those whose peaks or largest amplitudes were sought."""
+    names = names_of(data, "dof")
+    wanted = [str(data.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
+    wanted[2:] = [[*wanted[2], *wanted[3]]]
+    chosen = [names.index(name) for name in next(filter(None, wanted), []) if name in names]
+    if not chosen and "peak_dof" in data:
+        chosen = sorted({int(d) for d in data["peak_dof"].to_numpy() if d >= 0})
+    return chosen
+
+
+def first_dof(data: Any) -> str:
+    """The dof that pages and figures begin with: of those asked for the one that moves most."""
+    order, asked = ranked(data, "dof", "amplitude").tolist(), requested_dofs(data)
+    return names_of(data, "dof")[next((place for place in order if place in asked), order[0])]
 
 
 class ListedPeak(NamedTuple):
@@ -276,10 +324,10 @@ def _rows(branch: Solutions) -> Iterator[tuple[str, Any]]:
     name = str(data.attrs.get("parameter", "")) or "omega"
     yield "points", f"{len(branch)}, {name} from {followed_text(data, where[0])} to {followed_text(data, where[-1])}"
     for dof in names_of(data, "dof")[:MOST_SHOWN]:
-        unit = after(data, "amplitude", dof)
         peaks = sorted(branch.peaks(dof), key=lambda peak: -peak[1])[:3]
-        said = "; ".join(f"{size:.5g}{unit} at {followed_text(data, value)}" for value, size in peaks)
-        yield f"peaks of {dof}", said or f"none; largest {float(data['amplitude'].sel(dof=dof).max()):.5g}{unit}"
+        texts = [f"{value_text(data, 'amplitude', a, dof, 5)} at {followed_text(data, at)}" for at, a in peaks]
+        largest = float(data["amplitude"].sel(dof=dof).max())
+        yield f"peaks of {dof}", "; ".join(texts) or f"none; largest {value_text(data, 'amplitude', largest, dof, 5)}"
     if data.attrs.get("coordinates_of_motion"):
         yield "motion", data.attrs["coordinates_of_motion"]
     if branch.warnings:

@@ -201,12 +201,12 @@ def _dataset(run: LongRun, rows: Sequence[Any] | Array, notes: list[dict[str, An
         name: (("period", *d.dims), values[name], {"units": d.units, "long_name": d.long_name})
         for name, d in layout.variables.items()
     }
-    count = len(layout.labels["dof"])
+    count, of_dofs = len(layout.labels["dof"]), run.problem.units.of_dofs(layout.labels["dof"])
     if run.samples:
         series = np.concatenate([np.zeros(0), *(note["series"] for note in notes)]).reshape(-1, count)
         times = np.concatenate([np.zeros(0), *(note["times"] for note in notes)])
         data["sample_time"] = "sample", times, {"units": label("time"), "long_name": "time"}
-        data["displacement"] = ("sample", "dof"), series, {"units": label("length"), "long_name": "displacement"}
+        data["displacement"] = ("sample", "dof"), series, {"units": of_dofs, "long_name": "displacement"}
     changes = np.concatenate([np.zeros(0), *(note["changes"] for note in notes)]).reshape(-1, 4)
     names = run.changing
     data["change_time"] = "change", changes[:, 0], {"units": label("time"), "long_name": "change of a contact state"}

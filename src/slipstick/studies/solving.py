@@ -14,8 +14,10 @@ import numpy as np
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import LARGEST, Declared, Layout, layout_of
+from slipstick.results.view import names_of
 from slipstick.studies.plan import StudyPlan
 from slipstick.typing import Array, Names
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest, StabilityRequest
@@ -130,7 +132,8 @@ def _peaks(values: Mapping[str, Any], followed: str, branch: Solutions) -> dict[
     own = values["peak_dof"][top]
     peak = np.where(alone, (top > 0) & (top < len(amplitude) - 1), own == dofs)
     if branch.table.attrs.get("peaks_of") == LARGEST and not sought.any():
-        sought = dofs == amplitude.max(axis=0).argmax()
+        among = compared(names_of(branch.table, "dof"))
+        sought = dofs == among[int(amplitude[:, among].max(axis=0).argmax())]
         peak = own >= 0  # whichever of equal blades it was located of
     told = {}
     if "stable" in values:

@@ -40,6 +40,7 @@ from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import ContinuationOptions, Step
 from slipstick.typing import Array
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.stability.floquet import StabilityWatch
@@ -411,10 +412,11 @@ class CurveRun(Run[CurveRequest]):
         )  # fmt: skip
 
     def _largest(self, step: Step) -> str:
-        """Output with the largest amplitude at a step."""
+        """Output with the largest amplitude at a step, among those that are compared."""
         outputs = self.recorder.outputs
         motion, _ = outputs.motion_along(step, self.request.system)
-        return outputs.names[int(amplitude(outputs.balance.harmonics, motion).value.argmax())]
+        among = compared(outputs.names)
+        return outputs.names[among[int(amplitude(outputs.balance.harmonics, motion).value[among].argmax())]]
 
 
 def special_points(request: CurveRequest) -> SpecialPoints | None:

@@ -18,6 +18,7 @@ from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
+from slipstick.units import compared
 
 _CACHED = 8
 """Number of steps whose amplitudes are cached."""
@@ -35,10 +36,12 @@ def peak_events(
 ) -> tuple[BranchEvent, ...]:
     """An event for each named output dof: the derivative of its amplitude along the branch falls through zero.
 
-    With ``LARGEST`` alone, one event of the largest amplitude of all outputs.
+    With ``LARGEST`` alone, one event of the largest amplitude of all outputs that are compared.
     """
     if tuple(names) == (LARGEST,):
-        return (_envelope(_Slopes(outputs, system)),)
+        among = tuple(outputs.names[place] for place in compared(outputs.names))
+        alike = outputs if among == outputs.names else Outputs(outputs.balance, among)
+        return (_envelope(_Slopes(alike, system)),)
     slopes = _Slopes(outputs if tuple(names) == outputs.names else Outputs(outputs.balance, tuple(names)), system)
     return tuple(_event(name, i, slopes) for i, name in enumerate(names))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from slipstick.results.view import analysis_of
 from slipstick.solve.newton import newton
 from slipstick.solve.norm import norm
 from slipstick.typing import AnyArray, Array
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
@@ -76,7 +77,8 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
     amplitude, mean = d["amplitude"], d["mean"]
     pairs = ((amplitude, result.amplitude), (mean, result.mean))
     worst = worst_error(problem, [omega])
-    size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
+    straight = compared(result.outputs)  # radians are not measured by lengths
+    alike = [group for group in (straight, np.setdiff1d(np.arange(len(result.outputs)), straight)) if len(group)]
     return TimeCheck(
         omega=omega,
         dofs=tuple(result.outputs),
@@ -84,11 +86,17 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
         amplitude_in_time=result.amplitude,
         mean=mean,
         mean_in_time=result.mean,
-        relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
+        relative_difference=max(_difference([(a[group], b[group]) for a, b in pairs]) for group in alike),
         converged=result.converged,
         time_error=result.error,
         reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
     )
+
+
+def _difference(pairs: Sequence[tuple[Array, Array]]) -> float:
+    """Largest difference between numbers of one unit over the largest of them."""
+    size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
+    return max(float(np.abs(a - b).max()) for a, b in pairs) / size
 
 
 def corrected(branch: Solutions, point: int) -> Mapping[str, AnyArray]:

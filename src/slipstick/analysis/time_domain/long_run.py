@@ -27,7 +27,7 @@ from slipstick.errors import Fault, InputError, Outcome
 from slipstick.interrupts import pass_on
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.run_up import CONTACT_STATES, VARIABLES
-from slipstick.results.schema import Layout
+from slipstick.results.schema import Layout, unit_in
 from slipstick.typing import Array
 
 
@@ -82,9 +82,11 @@ class PeriodRecorder:
     """Values of all variables at periods."""
 
     def __init__(self, problem: Problem) -> None:
-        label = problem.units.label
-        labels = {"dof": tuple(problem.outputs or ()), "contact": tuple(problem.elements)}
-        variables = {name: declared._replace(units=label(declared.units)) for name, declared in VARIABLES.items()}
+        units, dofs = problem.units, tuple(problem.outputs or ())
+        labels = {"dof": dofs, "contact": tuple(problem.elements)}
+        variables = {
+            name: declared._replace(units=unit_in(units, declared, dofs)) for name, declared in VARIABLES.items()
+        }
         self.layout, self.postprocessing = Layout(labels=labels, variables=variables), Postprocessing()
 
     def record(self, period: PeriodDone) -> Mapping[str, Any]:

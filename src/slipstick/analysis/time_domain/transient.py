@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -104,7 +105,7 @@ class TransientResult:
         """The result with labels, over ``time``, ``dof``, ``contact``, ``coefficient`` and ``change``."""
         import xarray
 
-        label = self.units.label
+        label, of_dofs = self.units.label, partial(self.units.of_dofs, self.outputs)
         coefficients = ["0", *(f"{part}{m}" for m in self.harmonics.orders[1:] for part in "cs")]
         states = zip(("separation", "stick", "slip_plus", "slip_minus"), self.fractions.T, strict=True)
         parts = [(f"{name}_fraction", ("contact",), part, "1", f"fraction of {name}") for name, part in states]
@@ -122,7 +123,7 @@ class TransientResult:
             ("change_time", ("change",), np.array([c.time for c in self.changes]), "time", "change of a contact state"),
         ]
         data: dict[str, Any] = {
-            name: (dims, values, {"units": label(unit), "long_name": meaning})
+            name: (dims, values, {"units": of_dofs(unit) if "dof" in dims else label(unit), "long_name": meaning})
             for name, dims, values, unit, meaning in variables
         }
         for name in ("contact", "before", "after"):

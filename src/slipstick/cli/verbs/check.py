@@ -23,6 +23,7 @@ from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.html import some
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
@@ -334,13 +335,16 @@ def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Seq
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
     from slipstick.analysis.curve.linear import linear_references
+    from slipstick.results.view import unit_shown
 
-    limits = []
-    for label, limit in linear_references(case.balance, case.omega):
+    limits, known = [], dict(linear_references(case.balance, case.omega))
+    beside = [limit.table for limit in known.values()]
+    for label, limit in known.items():
         grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
         for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
             at = int(values.argmax())
-            size = f"{values[at]:.4g}{problem.units.after('length')}"
+            factor, unit = unit_shown(limit.table, "amplitude", str(dof), beside)
+            size = f"{values[at] * factor:.4g}{after_number(unit)}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
             limits.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
     return limits

@@ -208,14 +208,14 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
 
     from slipstick import plots
     from slipstick.results.contacts import has_orbit, has_states
-    from slipstick.results.view import names_of, ranked
+    from slipstick.results.view import first_dof
 
     branch = run.branch
     if run.table:
         drawn: dict[str, Callable[[], Axes]] = run.case.further[run.table].figures(branch)
         return drawn
     data = run.found.to_dataset()
-    dof = names_of(data, "dof")[ranked(data, "dof", "amplitude")[0]]
+    dof = first_dof(data)
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
@@ -291,10 +291,10 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
-    from slipstick.results.view import after, followed_text, listed_peaks
+    from slipstick.results.view import followed_text, listed_peaks, value_text
 
     return [
-        f"peak of {peak.dof}: amplitude {peak.amplitude:.6g}{after(data, 'amplitude', peak.dof)} at "
+        f"peak of {peak.dof}: amplitude {value_text(data, 'amplitude', peak.amplitude, peak.dof)} at "
         f"{followed_text(data, peak.at)}"
         for peak in listed_peaks(data)[:most]
     ]

@@ -24,8 +24,8 @@ from slipstick.cli.terminal.guard import (
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
 from slipstick.errors import InputError, reason_of
+from slipstick.results.view import value_text
 from slipstick.runs.folder import PASSED, REPORT
-from slipstick.units import after_number, unit_of_dof
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.long_run import PeriodDone
@@ -73,12 +73,11 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     for sentence in str(data.attrs["warnings"]).splitlines():
         warn_user(sentence)
     of = str(table.dof or data["dof"].to_numpy()[0])
-    unit = after_number(unit_of_dof(str(data["amplitude"].attrs.get("units", "")), of))
     done = str(data.attrs["outcome"]) == "COMPLETED"
     reported = False
     answer |= {"outcome": str(data.attrs["outcome"]), "periods": data.sizes["period"]}
     if data.sizes["period"]:
-        answer |= _summary(run, of, unit, read)
+        answer |= _summary(run, of, read)
         if options.figures:
             save_figure(draw(run, of), folder / "run_up", formats=("png",))
         if options.report:
@@ -91,11 +90,12 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
     return DONE if done else STOPPED
 
 
-def _summary(run: Any, of: str, unit: str, read: Any) -> dict[str, Any]:
+def _summary(run: Any, of: str, read: Any) -> dict[str, Any]:
     """The largest amplitude on the way, or what motion it is at one speed."""
     if run.dataset.attrs["rate"]:
         peak = run.peak(of)
-        say(f"largest amplitude of {of}: {peak.amplitude:.6g}{unit} at {read.frequency_text(peak.omega)}")
+        size = value_text(run.dataset, "amplitude", peak.amplitude, of)
+        say(f"largest amplitude of {of}: {size} at {read.frequency_text(peak.omega)}")
         return {"peak": {"dof": of, "omega": peak.omega, "amplitude": peak.amplitude}}
     try:
         motion = run.motion(of)

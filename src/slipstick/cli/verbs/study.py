@@ -24,9 +24,10 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError, reason_of
+from slipstick.results.view import unit_shown, value_text
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
-from slipstick.units import after_number, unit_of_dof
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
@@ -184,13 +185,13 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
 
 def _draw(data: xarray.Dataset, folder: Path) -> None:
     """Map of the peaks of a study over its first parameters, and its curves by the first; of discs their scatter."""
-    import numpy as np
 
     from slipstick import plots
     from slipstick.io.loading import load_dataset
     from slipstick.plots.style import titled
     from slipstick.results.amplification import is_mistuning, largest_alone
     from slipstick.results.percentiles import is_sampled
+    from slipstick.results.view import names_of, ranked
     from slipstick.studies.folder import CURVES_FILE
 
     if not bool(data["peak_amplitude"].notnull().any()):
@@ -204,7 +205,7 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
                 "worst": plots.worst_disc(data),
             }
         data, all_curves = largest_alone(data, all_curves)
-    dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
+    dof = names_of(data, "dof")[ranked(data, "dof", "peak_amplitude")[0]]
     drawn = {"map": plots.study_map(data, dof), "curves": plots.study_curves(all_curves, data, dof), **scatter}
     if is_sampled(data) and bool((data["outcome"] == "COMPLETED").any()):
         drawn["band"] = plots.percentile_band(all_curves, data, dof)
@@ -232,12 +233,11 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
             continue
-        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
         for word, at in (("smallest", peaks.argmin(...)), ("largest", peaks.argmax(...))):
             there = peaks[at]
             names = str(data.attrs["study_parameters"]).splitlines()
             where = ", ".join(f"{name} = {float(there[name]):.6g}" for name in names)
-            yield f"{word} peak of {dof}: {float(there):.6g}{unit} with {where}"
+            yield f"{word} peak of {dof}: {value_text(data, 'peak_amplitude', float(there), str(dof))} with {where}"
 
 
 def _spread(data: xarray.Dataset) -> Iterator[str]:
@@ -250,8 +250,10 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
     low, _, high = peaks["percentile"].to_numpy()
     for dof in peaks["dof"].to_numpy()[:_LISTED_DOFS]:
         here = peaks["peak_amplitude"].sel(dof=dof).to_numpy()
-        unit = after_number(unit_of_dof(data["peak_amplitude"].attrs["units"], str(dof)))
-        yield f"peak of {dof}: median {here[1]:.6g}{unit}, {low:g} % to {high:g} % {here[0]:.6g} to {here[2]:.6g}{unit}"
+        factor, unit = unit_shown(data, "peak_amplitude", str(dof))
+        least, middle, most = (f"{size * factor:.6g}" for size in here)
+        unit = after_number(unit)
+        yield f"peak of {dof}: median {middle}{unit}, {low:g} % to {high:g} % {least} to {most}{unit}"
 
 
 def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
@@ -261,13 +263,14 @@ def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
     found = amplification_of(data)
     if "worst" not in found:
         return
-    unit = after_number(unit_of_dof(data["largest_amplitude"].attrs["units"], found["worst"]["output"]))
-    yield f"largest amplitude of the tuned disc: {found['tuned_amplitude']:.6g}{unit}"
+    factor, unit = unit_shown(data, "peak_amplitude", found["worst"]["output"])
+    unit = after_number(unit)
+    yield f"largest amplitude of the tuned disc: {found['tuned_amplitude'] * factor:.6g}{unit}"
     for key, name in (("percentiles", "amplification"), ("fitted", "amplification by the Weibull fit")):
         if key in found:
             yield f"{name}: {', '.join(f'{percent} % {value:.4f}' for percent, value in found[key].items())}"
     worst = found["worst"]
-    at = f"{worst['amplification']:.4f}, {worst['amplitude']:.6g}{unit} of {worst['output']}"
+    at = f"{worst['amplification']:.4f}, {worst['amplitude'] * factor:.6g}{unit} of {worst['output']}"
     where = f"at {case.frequency_text(worst['omega'])}" if case.parameter is None else ""
     yield f"worst disc: case {worst['case']}, amplification {at} {where}".rstrip()
 

@@ -14,8 +14,9 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.results.view import names_of, unit_shown
 from slipstick.runs.folder import results_of
-from slipstick.units import Units
+from slipstick.units import Units, after_number, compared
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.check import TimeCheck
@@ -166,7 +167,8 @@ def check_points(branch: Branch, chosen: Sequence[int], tolerance: float, answer
     for point in chosen:
         check = branch.check_in_time(point)
         rows.append(_row(branch, point, check, tolerance))
-        say(f"  {_line(rows[-1], units, str(branch.dataset.attrs.get('frequency_unit', units.angular)))}")
+        unit = unit_shown(branch.dataset, "amplitude", rows[-1]["dof"])
+        say(f"  {_line(rows[-1], units, str(branch.dataset.attrs.get('frequency_unit', units.angular)), unit)}")
     answer["points"] = rows
     for sentence in _remarks(rows):
         warn_user(sentence)
@@ -230,19 +232,22 @@ def _value(branch: Branch, text: str) -> float:
 
 
 def _highest(branch: Branch) -> list[int]:
-    """The highest peaks, else the highest point."""
+    """The highest peaks, else the highest point; rotations are not compared with displacements."""
     import numpy as np
 
     data = branch.dataset
-    size = data["amplitude"].to_numpy().max(axis=1)
-    peaks = np.flatnonzero(data["kind"].to_numpy() == "peak")
+    among = compared(names_of(data, "dof"))
+    size = data["amplitude"].to_numpy()[:, among].max(axis=1)
+    located = data["kind"].to_numpy() == "peak"
+    peaks = np.flatnonzero(located & np.isin(data["peak_dof"].to_numpy(), among) if "peak_dof" in data else located)
     if not len(peaks):
         return [int(size.argmax())] if len(size) else [0]
     return sorted(int(i) for i in peaks[np.argsort(-size[peaks])][:_CHECKED_PEAKS])
 
 
 def _row(branch: Branch, point: int, check: TimeCheck, tolerance: float) -> dict[str, Any]:
-    data, d = branch.dataset.isel(point=point), int(check.amplitude.argmax())
+    data, among = branch.dataset.isel(point=point), compared(check.dofs)
+    d = among[int(check.amplitude[among].argmax())]
     return {
         "point": point,
         branch.followed: float(data[branch.followed]),
@@ -259,13 +264,15 @@ def _row(branch: Branch, point: int, check: TimeCheck, tolerance: float) -> dict
     }
 
 
-def _line(row: dict[str, Any], units: Units, frequency_unit: str) -> str:
+def _line(row: dict[str, Any], units: Units, frequency_unit: str, prefixed: tuple[float, str]) -> str:
     if "omega" in row:
         at = f"{row['omega'] / units.frequency_factor(frequency_unit):.6g} {frequency_unit}"
     else:
         at = f"{row['parameter']:.6g}"
     verdict = "agrees" if row["agrees"] else "differs" if row["periodic"] else "not periodic"
-    sizes = f"{row['dof']} {row['amplitude']:.5g}, {row['amplitude_in_time']:.5g}"
+    factor, unit = prefixed
+    size, in_time = (f"{row[name] * factor:.5g}" for name in ("amplitude", "amplitude_in_time"))
+    sizes = f"{row['dof']} {size}, {in_time}{after_number(unit) if factor != 1.0 else ''}"
     return f"{row['point']:>4} at {at}: {sizes}, {row['difference']:.1e}, {verdict}"
 
 

@@ -30,7 +30,7 @@ class Panels {
     const plane = law || !view.contact ? null : result.plane(view.point, view.contact);
     const ported = law || !view.contact ? null : result.ported(view.point, view.contact);
     const orbit = view.contact ? result.orbit(view.point, view.contact) : null;
-    this.loop.card.hidden = !(law || plane || ported);
+    this.loop.card.hidden = !(law || plane || orbit || ported);
     this.plane.card.hidden = !plane;
     this.states.card.hidden = !result.friction && !result.planar && !result.orbits;
     this.worn.card.hidden = !result.curve("worn_depth") || result.content.analysis !== "wear" || result.contacts.length < 2; // one contact has its curve; before any chart is drawn: it is as wide as its card
@@ -60,6 +60,12 @@ class Panels {
       ...select("at-dof", "dof", result.dofs, view.dof, (dof) => ({ dof })));
   }
 
+  /** Lines whose coordinates are lengths of the results, in the unit lengths are shown in: what forces are made from stays as it is. */
+  inLengths(lines, ...axes) {
+    const { factor } = this.app.result.content.dofs;
+    return factor === 1 ? lines : lines.map((line) => ({ ...line, ...Object.fromEntries(axes.map((axis) => [axis, Array.from(line[axis], (value) => value * factor)])) }));
+  }
+
   units(kind) {
     const { content } = this.app.result;
     return kind === "force" ? content.contacts.force_units : kind === "length" ? content.dofs.units : this.app.result.unitOf(this.app.view.dof);
@@ -69,7 +75,7 @@ class Panels {
     const { app } = this, { view } = app, over = view.loop;
     document.getElementById("loop-title").textContent = law ? "Friction loop" : "Force over motion";
     fill(this.loop.tools, !law ? null : choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
-    const own = colourOf(app.model, "contact", view.contact, app.result), lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders, own);
+    const own = colourOf(app.model, "contact", view.contact, app.result), lines = this.inLengths(law ? loopLines(law, over) : portedLoop(ported, app.result.orders, own), "x");
     const label = over === "total" ? "Sliding motion x + u" : "Vibration x";
     const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 });
     chart(this.loop.plot, { x: { label: law ? label : `Motion along ${ported.port}`, units: this.units("length"), range: ranges("x") }, y: { label: law ? "Friction force" : `Force along ${ported.port}`, units: this.units("force"), range: ranges("y") },
@@ -100,17 +106,17 @@ class Panels {
 
   /** The centre of a rotor within the circle of its clearance, and how long it touches. */
   drawOrbit(orbit) {
-    const tau = times(0, PERIOD, 361), touching = orbit.states.reduce((sum, [a, b, state]) => sum + (state === "separation" ? 0 : (b - a) / PERIOD), 0);
+    const { dofs } = this.app.result.content, tau = times(0, PERIOD, 361), touching = orbit.states.reduce((sum, [a, b, state]) => sum + (state === "separation" ? 0 : (b - a) / PERIOD), 0);
     const circle = { x: tau.map((t) => orbit.gap * Math.cos(t)), y: tau.map((t) => orbit.gap * Math.sin(t)), stroke: colour("text-faint"), dash: [6, 4], width: 1.2, name: "clearance" };
     fill(this.loop.tools);
     document.getElementById("loop-title").textContent = "Orbit in the clearance";
     this.drawPath(this.loop.plot, "Motion", "length", [circle, ...pathLines(orbit, (t) => orbit.motion.map((X) => series(X, orbit.orders, t)))], ["along x", "along y"]);
-    this.loop.note.textContent = this.inWords(`in contact ${touching > 0 && touching < 0.005 ? "< 1" : short(100 * touching, 3)} % of the time · μ ${short(orbit.mu)} · dashed: clearance ${short(orbit.gap)} · orange: in contact, grey: free · dot: ωt = 0`);
+    this.loop.note.textContent = this.inWords(`in contact ${touching > 0 && touching < 0.005 ? "< 1" : short(100 * touching, 3)} % of the time · μ ${short(orbit.mu)} · dashed: clearance ${short(orbit.gap * dofs.factor)}${dofs.after} · orange: in contact, grey: free · dot: ωt = 0`);
   }
 
   /** Lines in a plane, the same scale along both axes. */
-  drawPath(host, what, kind, lines, ways = ["first direction", "second direction"]) {
-    const height = 340, ranges = sameScale(lines, Math.max(host.clientWidth, 220) - 60, height - 60), units = this.units(kind);
+  drawPath(host, what, kind, path, ways = ["first direction", "second direction"]) {
+    const lines = kind === "length" ? this.inLengths(path, "x", "y") : path, height = 340, ranges = sameScale(lines, Math.max(host.clientWidth, 220) - 60, height - 60), units = this.units(kind);
     const like = [-1, 1].map((sign) => sign * Math.max(...ranges.flat().map(Math.abs))); // one power of ten for both axes
     const axis = (which, range) => ({ label: `${what}, ${which}`, units, range, like });
     chart(host, { x: axis(ways[0], ranges[0]), y: axis(ways[1], ranges[1]), lines, height, name: `${what.toLowerCase()} of ${this.app.view.contact} at ${this.app.where()}`, marks: zeroLine });

@@ -137,9 +137,9 @@ class Body {
     outline(ctx, still, shape.triangles);
     const { chosen, values } = this;
     faces(ctx, moved, shape.triangles, chosen ? (i) => values[i] / chosen.most : (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
-    const { after } = chosen ?? this.app.result.content.dofs;
+    const { dofs } = this.app.result.content, { after } = chosen ?? dofs;
     fill(this.note, element("div", { class: "line-names" }, element("span", {}, `motion magnified ${short(magnified, 2)} times, grey: at rest`),
-      element("span", { class: "line-name" }, chosen ? `${chosen.label} 0` : "0", this.ramp, `${short(chosen ? chosen.most : this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`),
+      element("span", { class: "line-name" }, chosen ? `${chosen.label} 0` : "0", this.ramp, `${short(chosen ? chosen.most : this.largest * dofs.factor, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`),
       ...(shape.less ? [element("span", {}, shape.less)] : [])));
   }
 }
