@@ -367,7 +367,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.models.tabulated_structure,
         {
             "measured": TESTED, "static": [[0.025]], "beyond": "line", "smooth": False, "range": (3.0, 9.0),
-            "quantity": "displacement",
+            "quantity": "displacement", "columns": None,
         },
     ),
     "identify": (
@@ -375,7 +375,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
             "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "relative_noise": 0.01, "starts": 1,
-            "seed": 0, "listeners": (),
+            "seed": 0, "columns": None, "listeners": (),
         },
     ),
     "optimal": (
@@ -389,7 +389,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.study,
         {
             "problem": PROBLEM, "parameters": {"damper.mu": [0.3]}, "omega": (2.0, 3.0), "method": "grid",
-            "samples": None, "seed": 0, "peaks_of": "x", "options": SHORT, "stability": False, "workers": 1,
+            "samples": None, "seed": 0, "spread": None, "peaks_of": "x", "options": SHORT, "stability": False, "workers": 1,
             "client": None, "folder": "study", "missing": False, "listeners": (),
         },
     ),

@@ -645,7 +645,7 @@ def test_one_period_and_harmonics_are_those_of_python() -> None:
         np.testing.assert_allclose(
             drawn_[np.isfinite(drawn_)], sizes[np.isfinite(drawn_)], atol=3e-7 * sizes.max()
         )  # three bytes
-        np.testing.assert_allclose(line["x"], np.arange(6) + (2 * group - 1) * 0.19)
+        np.testing.assert_allclose(line["x"], np.arange(6) + (2 * group - 1) * 0.18)
     force = loop["friction"][:-1]
     sizes = np.abs(np.fft.rfft(force)[:6]) * np.array([1, 2, 2, 2, 2, 2]) / 720
     np.testing.assert_allclose(seen["sizes"][0]["y"], sizes, rtol=2e-3)

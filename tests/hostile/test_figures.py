@@ -97,6 +97,22 @@ def meeting() -> xr.Dataset:
     return ss.models.interference(sector, (0.1, 1.0), engine_orders=[1, 2])
 
 
+def scattered() -> xr.Dataset:
+    """Two discs of two blades."""
+    return xr.Dataset(
+        {
+            "amplification": ("case", [1.1, 1.2]),
+            "worst": ("case", ["tip@0", "tip@1"]),
+            "peak_amplitude": (("case", "dof"), [[1.0], [2.0]]),
+            "outcome": ("case", ["COMPLETED", "COMPLETED"]),
+            "stiffness@0": ("case", [0.01, -0.01]),
+            "stiffness@1": ("case", [0.02, 0.01]),
+        },
+        coords={"case": [0, 1], "dof": ["tip@0"]},
+        attrs={"study_parameters": "stiffness@0\nstiffness@1", "tuned_amplitude": 1.0},
+    )
+
+
 TURNING = {"campbell": turning, "interference": meeting}
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
 SHORT = ("stability", "tolerance_band", "tornado", "run_up")
@@ -136,7 +152,10 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     if name == "worn_surface":
         good |= {"branch": worn()}
     if "samples" in names:
-        good |= {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
+        given = {"samples": xr.Dataset({"amplification": ("sample", np.ones(20))}), "percentiles": (50.0, 95.0)}
+        good |= {key: value for key, value in given.items() if key in names}
+    if name == "worst_disc":
+        good = {"study": scattered(), "ax": None}
     if "fitted" in names:
         good |= {"fitted": fitting()}
     if "data" in names:

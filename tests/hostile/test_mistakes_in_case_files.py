@@ -112,7 +112,7 @@ TOP: list[Row] = [
     ("a unit misspelt", "length =", "lenght =", "units.lenght", ("did you mean 'length'?",)),
     ("a system of units", '{ length = "m", force = "N", time = "s" }', '"SI"', "units", ('found "SI"; expected a table',)),
     ("a table misspelt", "[response]", "[respone]", "respone", ("did you mean 'response'?",)),
-    ("a table of another program", *also("[solver]\ntolerance = 1e-6\n"), "solver", ("keys not used yet: period_ratio",)),
+    ("a table of another program", *also("[solver]\ntolerance = 1e-6\n"), "solver", ("keys not used yet: author, remarks, period_ratio",)),
     ("no contact", CONTACT, "", "contact", ("[[contact]] is missing; give at least one",)),
     ("no response", "[response]\n" + RANGE, "", "response", ("[response] is missing; give it with the keys from and to",)),
     ("a ratio of periods with a colon", *also('period_ratio = "3:2"\n'), "response.period_ratio", ('found "3:2"', '"3/2"')),

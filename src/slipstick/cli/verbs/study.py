@@ -24,7 +24,6 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError, reason_of
-from slipstick.results.view import unit_shown, value_text
 from slipstick.runs.failures import os_sentence
 from slipstick.runs.folder import REPORT
 from slipstick.units import after_number
@@ -229,6 +228,8 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
     """The smallest and the largest peak of a few dofs, and their parameters."""
     import numpy as np
 
+    from slipstick.results.view import value_text
+
     for d, dof in enumerate(data["dof"].to_numpy()[:_LISTED_DOFS]):
         peaks = data["peak_amplitude"].isel(dof=d)
         if not bool(np.isfinite(peaks).any()):
@@ -243,6 +244,7 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
 def _spread(data: xarray.Dataset) -> Iterator[str]:
     """Percentiles of the peaks of samples."""
     from slipstick.results.percentiles import is_sampled, peak_percentiles
+    from slipstick.results.view import unit_shown
 
     if not is_sampled(data) or not bool((data["outcome"] == "COMPLETED").any()):
         return
@@ -259,6 +261,7 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
 def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
     """Amplification of discs whose blades differ: percentiles, and the worst disc."""
     from slipstick.results.amplification import amplification_of
+    from slipstick.results.view import unit_shown
 
     found = amplification_of(data)
     if "worst" not in found:

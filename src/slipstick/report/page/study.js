@@ -332,8 +332,8 @@ class Study {
   /** How many discs have which amplification, and its percentiles. */
   drawAmplification() {
     const { scatter } = this, host = document.getElementById("amplification");
-    host.hidden = !scatter?.bins;
-    if (host.hidden) return;
+    if (host) host.hidden = !scatter?.bins;
+    if (!scatter?.bins) return;
     const { edges, counts } = scatter.bins, shown = Object.entries(scatter.percentiles);
     const x = new Scale(edges), y = new Scale([0, ...counts], 0);
     const svg = frame(x, y, "amplification", "discs", "Histogram of the amplification");
@@ -354,8 +354,8 @@ class Study {
   /** Deviations of the blades of the disc chosen, else of the worst. */
   drawDisc() {
     const { scatter, view } = this, host = document.getElementById("worst");
-    host.hidden = !scatter?.worst;
-    if (host.hidden) return;
+    if (host) host.hidden = !scatter?.worst;
+    if (!scatter?.worst) return;
     const i = view.case ?? scatter.worst.case, values = this.parameters.map((p) => p.values[i]), sector = Number(scatter.outputs[i].split("@").at(-1) || NaN);
     const x = new Scale([-0.5, values.length - 0.5]), y = new Scale([0, ...values], 0.06);
     const svg = frame(x, y, "blade", "deviation of stiffness", `Deviations of disc ${i}`), zero = upwards(y, 0);
