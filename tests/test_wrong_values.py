@@ -389,8 +389,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.study,
         {
             "problem": PROBLEM, "parameters": {"damper.mu": [0.3]}, "omega": (2.0, 3.0), "method": "grid",
-            "samples": None, "seed": 0, "spread": None, "peaks_of": "x", "options": SHORT, "stability": False, "workers": 1,
-            "client": None, "folder": "study", "missing": False, "listeners": (),
+            "samples": None, "seed": 0, "spread": None, "peaks_of": "x", "options": SHORT, "stability": False,
+            "workers": 1, "client": None, "folder": "study", "missing": False, "listeners": (),
         },
     ),
     "resume": (ended, {"folder": "run"}),

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from slipstick.contact.rubbing import SECOND, VELOCITIES
 from slipstick.html import some
 
 if TYPE_CHECKING:
@@ -21,6 +18,10 @@ SLIDING = ("cos", "sin", "second_cos", "second_sin")
 
 def velocities_of(pair: ContactPair, k: int) -> tuple[Array, Array]:
     """Constant velocities along the one or two directions of the surface, and what each rad/s adds to them."""
+    import numpy as np
+
+    from slipstick.contact.rubbing import SECOND, VELOCITIES
+
     befores = ("", SECOND) if "second" in pair.contact.ports else ("",)
     both = np.array([[pair.values(before + name)[k] for before in befores] for name in VELOCITIES], dtype=float)
     return both[0], both[1]
@@ -28,6 +29,8 @@ def velocities_of(pair: ContactPair, k: int) -> tuple[Array, Array]:
 
 def rubbing_words(pair: ContactPair, k: int, units: Units) -> str:
     """The rubbing motion of the k-th contact in a few words."""
+    import numpy as np
+
     along, across = orders_of(pair, k, *SLIDING), orders_of(pair, k, "normal_cos", "normal_sin")
     speeds, swept = velocities_of(pair, k)
     said = [speed_words(float(v), float(s), units) for v, s in zip(speeds, swept, strict=True)]

@@ -24,7 +24,6 @@ from slipstick.cli.terminal.guard import (
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
 from slipstick.errors import InputError, reason_of
-from slipstick.results.view import value_text
 from slipstick.runs.folder import PASSED, REPORT
 
 if TYPE_CHECKING:
@@ -92,6 +91,8 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
 
 def _summary(run: Any, of: str, read: Any) -> dict[str, Any]:
     """The largest amplitude on the way, or what motion it is at one speed."""
+    from slipstick.results.view import value_text
+
     if run.dataset.attrs["rate"]:
         peak = run.peak(of)
         size = value_text(run.dataset, "amplitude", peak.amplitude, of)

@@ -14,7 +14,6 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
-from slipstick.results.view import names_of, unit_shown
 from slipstick.runs.folder import results_of
 from slipstick.units import Units, after_number, compared
 
@@ -161,6 +160,8 @@ def check_curve(branch: Branch, tolerance: float, answer: Answer) -> int:
 
 def check_points(branch: Branch, chosen: Sequence[int], tolerance: float, answer: Answer) -> int:
     """Check points of a branch in time and print what was found; 1 if one is off."""
+    from slipstick.results.view import unit_shown
+
     prepare_kernel(say)
     units, rows = Units.of_results(branch.dataset.attrs), []
     say("point: amplitude from the balance, in time, relative difference")
@@ -234,6 +235,8 @@ def _value(branch: Branch, text: str) -> float:
 def _highest(branch: Branch) -> list[int]:
     """The highest peaks, else the highest point; rotations are not compared with displacements."""
     import numpy as np
+
+    from slipstick.results.view import names_of
 
     data = branch.dataset
     among = compared(names_of(data, "dof"))
