@@ -1,4 +1,7 @@
-"""Contacts in words: their directions, the quantities to show, and their rubbing motion."""
+"""Contacts in words: their directions, the quantities to show, and their rubbing motion.
+
+The command line imports this when it starts: numpy is loaded where it is needed.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, log_scale, over_decades, show_lengths, styled
-from slipstick.results.amplification import amplification_percentiles, histogram_edges
+from slipstick.results.amplification import amplification_percentiles, deviations_of, histogram_edges, worst_of
 from slipstick.results.percentiles import (
     FEWEST,
     PERCENTILES,
@@ -391,11 +391,9 @@ def worst_disc(study: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
         If it is no such dataset, or no disc has an amplification.
     """
     data = _study(study)
-    values = _amplifications(data, every=True)
-    at = int(np.nanargmax(values))
-    one = data.isel(case=at)
-    deviations = [float(one[name]) for name in str(data.attrs["study_parameters"]).splitlines()]
-    worst = str(one["worst"].item())
+    _amplifications(data)
+    one = worst_of(data)
+    deviations, worst = deviations_of(one), str(one["worst"].item())
     ax = styled(ax, "blade", "deviation of stiffness")
     bars = ax.bar(np.arange(len(deviations)), deviations, color=COLOURS[0], alpha=0.7)
     sector = worst.rpartition("@")[2]
@@ -403,19 +401,19 @@ def worst_disc(study: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
         bars.patches[int(sector)].set(color=COLOURS[1], label=f"the blade of {worst}")
         legend(ax)
     ax.axhline(0.0, color=GREY, linewidth=0.6)
-    text = f"disc {int(one['case'])}, {worst}: amplification {values[at]:.4g}"
+    text = f"disc {int(one['case'])}, {worst}: amplification {float(one['amplification']):.4g}"
     ax.set_title(text, fontsize="small", parse_math=False)
     return ax
 
 
-def _amplifications(data: xarray.Dataset, *, every: bool = False) -> np.ndarray:
-    """Amplifications of a mistuning study, those that are not known left out unless ``every`` is asked for."""
+def _amplifications(data: xarray.Dataset) -> np.ndarray:
+    """Known amplifications of a mistuning study. Raises InputError for another dataset, and where there are none."""
     if not is_dataset(data, "amplification"):
         raise InputError(f"nothing to draw: found {shown(data)}; expected the dataset of a mistuning study")
     values = data["amplification"].to_numpy()
     if not np.isfinite(values).any():
         raise InputError("nothing to draw: all samples failed")
-    return values if every else values[np.isfinite(values)]
+    return values[np.isfinite(values)]
 
 
 def _evenly(cases: np.ndarray, values: Mapping[int, float]) -> list[int]:

@@ -34,8 +34,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     names = str(study.attrs["study_parameters"]).splitlines()
     if not {*_NEEDED, *names} <= set(study.variables) or "case" not in study.variables:
         raise InputError("these are not the results of a study as 'slipstick study' writes them; compute them again")
-    scatter = _scatter(study) if is_mistuning(study) else None
-    if scatter is not None:
+    if is_mistuning(study):
         study, curves = largest_alone(study, curves)
     dims = study["case"].dims
     peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
@@ -45,8 +44,6 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
     place, at = _followed(study, dims)
     shown = [unit_shown(study, "peak_amplitude", known[d]) for d in kept.tolist()]
     factors = np.array([factor for factor, _ in shown])
-    if scatter is not None and scatter["tuned"] is not None:
-        scatter["tuned"] *= float(factors[0])  # of the one output that stands for the largest
     return {
         **provenance(study.attrs),
         "inputs": inputs_of_case(str(study.attrs.get("case", ""))),
@@ -70,7 +67,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "cases": _cases(study),
         **_curves(curves, kept, factors),
         "band": _band(study, curves, kept, factors),
-        "scatter": scatter,
+        "scatter": _scatter(study, float(factors[0])) if is_mistuning(study) else None,
     }
 
 
@@ -78,8 +75,11 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names) if len(names) <= _NAMED else f"{names[0]} to {names[-1]}"
 
 
-def _scatter(study: xarray.Dataset) -> dict[str, Any]:
-    """Amplifications of a mistuning study: of every disc, their histogram, percentiles and the worst disc."""
+def _scatter(study: xarray.Dataset, factor: float) -> dict[str, Any]:
+    """Amplifications of a mistuning study: of every disc, their histogram, percentiles and the worst disc.
+
+    ``factor`` leads from the unit of the results to the one that amplitudes are shown in.
+    """
     values = study["amplification"].to_numpy()
     known = values[np.isfinite(values)]
     bins = None
@@ -89,7 +89,7 @@ def _scatter(study: xarray.Dataset) -> dict[str, Any]:
     told = amplification_of(study)
     tuned = told.pop(TUNED)
     return {
-        **told, "tuned": tuned if np.isfinite(tuned) else None, "bins": bins, "values": packed(values, "f8"),
+        **told, "tuned": tuned * factor if np.isfinite(tuned) else None, "bins": bins, "values": packed(values, "f8"),
         "outputs": study["worst"].to_numpy().tolist(),
     }  # fmt: skip
 

@@ -11,7 +11,9 @@ from slipstick.errors import InputError
 from slipstick.faults import shown
 from slipstick.results.percentiles import FEWEST, WeibullMaxima, checked_percentiles
 from slipstick.results.table import is_dataset
+from slipstick.results.view import names_of
 from slipstick.typing import Array
+from slipstick.units import compared
 
 if TYPE_CHECKING:
     import xarray
@@ -100,7 +102,7 @@ def amplification_of(study: xarray.Dataset) -> dict[str, Any]:
             own = zip(found["percentile"].to_numpy(), found[name].to_numpy(), strict=True)
             told[key] = {f"{percent:g}": float(value) for percent, value in own}
     if told["discs"]:
-        one = study.isel(case=int(np.nanargmax(study["amplification"].to_numpy())))
+        one = worst_of(study)
         place = "peak_parameter" if "peak_parameter" in study else "peak_omega"
         told["worst"] = {
             "case": int(one["case"]),
@@ -108,9 +110,19 @@ def amplification_of(study: xarray.Dataset) -> dict[str, Any]:
             "amplitude": float(one["largest_amplitude"]),
             "output": str(one["worst"].item()),
             place.removeprefix("peak_"): float(one[place].max()),
-            "deviations": [float(one[name]) for name in str(study.attrs["study_parameters"]).splitlines()],
+            "deviations": deviations_of(one),
         }
     return told
+
+
+def worst_of(study: xarray.Dataset) -> xarray.Dataset:
+    """The case with the largest amplification of a mistuning study that has one."""
+    return study.isel(case=int(np.nanargmax(study["amplification"].to_numpy())))
+
+
+def deviations_of(disc: xarray.Dataset) -> list[float]:
+    """Deviations of the stiffness of the blades of one case of a mistuning study, in their order."""
+    return [float(disc[name]) for name in str(disc.attrs["study_parameters"]).splitlines()]
 
 
 def histogram_edges(values: Array) -> Array:
@@ -128,6 +140,7 @@ def largest_alone(study: xarray.Dataset, curves: xarray.Dataset | None) -> tuple
     one = study.drop_vars([*of_dofs, "dof"]).assign({"peak_amplitude": peak, place: at})
     if not is_dataset(curves, "amplitude") or curves is None:
         return one, curves
-    top = curves["amplitude"].max("dof", keep_attrs=True).expand_dims(dof=[_LARGEST], axis=-1)
+    among = compared(names_of(curves, "dof"))
+    top = curves["amplitude"].isel(dof=among).max("dof", keep_attrs=True).expand_dims(dof=[_LARGEST], axis=-1)
     others = [name for name in curves.data_vars if "dof" in curves[name].dims]
     return one, curves.drop_vars([*others, "dof"]).assign(amplitude=top)

@@ -41,16 +41,13 @@ def steady_request(
         array = checks.take(frequencies_of, omega, checks.units)
     points = None if array is None else tuple(array.tolist())
     checks.takes(name, points)
-    start = None if isinstance(guess, Solutions) else guess
+    start, near = (None, guess) if isinstance(guess, Solutions) else (guess, None)
     common = curve_arguments(checks, (), None, options, listeners, start, stability)
     assert checks.problem is not None
     assert points is not None
     ends = (min(points), max(points)) if over else ends_of(omega, np.array(points))
     request = curve_over(checks.problem, name, at, ends, common)
-    return SteadyRequest(
-        **(vars(request) | {"peaks_of": (), "largest_of": ()}), values=points,
-        near=guess if isinstance(guess, Solutions) else None,
-    )  # fmt: skip
+    return SteadyRequest(**(vars(request) | {"peaks_of": (), "largest_of": ()}), values=points, near=near)
 
 
 def _values(values: Any) -> Array:

@@ -261,19 +261,21 @@ def _spread(data: xarray.Dataset) -> Iterator[str]:
 def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
     """Amplification of discs whose blades differ: percentiles, and the worst disc."""
     from slipstick.results.amplification import amplification_of
-    from slipstick.results.view import unit_shown
+    from slipstick.results.view import value_text
 
     found = amplification_of(data)
     if "worst" not in found:
         return
-    factor, unit = unit_shown(data, "peak_amplitude", found["worst"]["output"])
-    unit = after_number(unit)
-    yield f"largest amplitude of the tuned disc: {found['tuned_amplitude'] * factor:.6g}{unit}"
+    worst = found["worst"]
+    tuned, largest = (
+        value_text(data, "peak_amplitude", size, worst["output"])
+        for size in (found["tuned_amplitude"], worst["amplitude"])
+    )
+    yield f"largest amplitude of the tuned disc: {tuned}"
     for key, name in (("percentiles", "amplification"), ("fitted", "amplification by the Weibull fit")):
         if key in found:
             yield f"{name}: {', '.join(f'{percent} % {value:.4f}' for percent, value in found[key].items())}"
-    worst = found["worst"]
-    at = f"{worst['amplification']:.4f}, {worst['amplitude'] * factor:.6g}{unit} of {worst['output']}"
+    at = f"{worst['amplification']:.4f}, {largest} of {worst['output']}"
     where = f"at {case.frequency_text(worst['omega'])}" if case.parameter is None else ""
     yield f"worst disc: case {worst['case']}, amplification {at} {where}".rstrip()
 
