@@ -28,7 +28,7 @@ def content(grid: bool = True) -> dict[str, Any]:
     x, unit = np.array([1.0, 2.0, 3.0, 4.0]), {"units": "mm", "after": " mm"}
     return {
         "outcome": {"ok": False, "text": "5 of 6"}, "warnings": ["odd"],
-        "about": [["by", "me"]], "case": "", "case_file": "c.toml",
+        "about": [["by", "me"]], "case": "", "case_file": "c.toml", "inputs": [], "scatter": None,
         "method": "grid over mu, load", "grid": grid, "first": "y",
         "parameters": [{"name": "mu", "units": "", "values": packed(mu, "f8")},
             {"name": "load", "units": "N", "values": packed(load, "f8")}],
@@ -54,18 +54,21 @@ def drawn(script: str, *, grid: bool = True, address: str = "") -> Any:
 def test_scales_ticks_and_cells() -> None:
     found = drawn("""
       const plain = new Scale([0, 10, NaN]), wide = new Scale([1, 1000]), one = new Scale([4]),
-        none = new Scale([]), aired = new Scale([0, 1], 0.1), zero = new Scale([0]);
+        none = new Scale([]), aired = new Scale([0, 1], 0.1), zero = new Scale([0]),
+        blades = new Scale([-0.5, 23.5], 0, true);
       const both = new Scale([-100, -1, 0, 1, 100]), from = new Scale([0, 0.1, 1, 10, 1000]);
       const cells = new Cells([4, 1, 2, NaN, 2]), alone = new Cells([3]), many = new Cells(Array.from({ length: 25 },
         (_, i) => i)), far = new Scale([0, 1e-9, 1e3]);
       const boxes = (own) => own.values.map((v) => [v, own.at(v), own.cell(v)]);
-      return { plain: [plain.at(5), plain.ticks()], wide: [wide.log, wide.at(10), wide.ticks()], near: new Scale([1,
+      return { blades: [blades.log, blades.at(11.5), blades.ticks()],
+        plain: [plain.at(5), plain.ticks()], wide: [wide.log, wide.at(10), wide.ticks()], near: new Scale([1,
         29]).log, one: [one.low, one.high, zero.low, zero.high], none: [none.low, none.high],
         aired: [aired.low, aired.high], cells: [boxes(cells), cells.ticks()], alone: boxes(alone),
         many: many.ticks(), far: far.ticks(),
         both: [both.log, both.ticks(), both.ticks().map((v) => both.at(v)), [-100, -10, 0, 10,
         100].map((v) => both.at(v))], from: [from.log, from.ticks(), [0, 0.1, 1, 10, 100, 1000].map((v) => from.at(v))],
         few: new Scale([20, 35, 650]).ticks(), steps: [new Scale([0, 1]).ticks(), new Scale([-3, 3]).ticks()] }""")
+    assert found["blades"] == [False, 0.5, [0, 5, 10, 15, 20]]
     assert found["plain"] == [0.5, [0, 2, 4, 6, 8, 10]]
     assert found["wide"] == [True, pytest.approx(1 / 3), [1, 10, 100, 1000]]
     assert not found["near"]

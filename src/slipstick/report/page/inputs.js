@@ -1,7 +1,7 @@
 // What was computed, in tables of words: model, modes, loads, contacts.
 
 function inputs(host, results) {
-  const known = results.filter((result) => result.content.inputs?.length);
+  const known = results.filter((result) => result.content.inputs.length);
   host.hidden = !known.length;
   if (host.hidden) return;
   fill(host, element("div", { class: "inputs-head" }, element("h2", { id: "inputs-title" }, "Inputs")),

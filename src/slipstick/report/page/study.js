@@ -16,11 +16,11 @@ function shade(part) {
 
 const finite = (values) => Array.from(values).filter(Number.isFinite);
 
-/** Where values lie between 0 and 1: in proportion, or, where they spread over decades, by their logarithm; with 0 or both signs among them by the symmetric one. */
+/** Where values lie between 0 and 1: in proportion, or, where they spread over decades and are not `linear` ones such as counts, by their logarithm; with 0 or both signs among them by the symmetric one. */
 class Scale {
-  constructor(values, air = 0) {
+  constructor(values, air = 0, linear = false) {
     const known = finite(values), sizes = known.map(Math.abs).filter((v) => v > 0), least = Math.min(...sizes);
-    this.log = sizes.length > 1 && Math.max(...sizes) / least > OVER_DECADES;
+    this.log = !linear && sizes.length > 1 && Math.max(...sizes) / least > OVER_DECADES;
     this.least = known.every((v) => v > 0) ? 0 : least; // below it, a symmetric logarithm is in proportion
     const ends = known.map((v) => this.of(v));
     [this.low, this.high] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, 1];
@@ -332,10 +332,10 @@ class Study {
   /** How many discs have which amplification, and its percentiles. */
   drawAmplification() {
     const { scatter } = this, host = document.getElementById("amplification");
-    if (host) host.hidden = !scatter?.bins;
-    if (!scatter?.bins) return;
+    host.hidden = !scatter?.bins;
+    if (host.hidden) return;
     const { edges, counts } = scatter.bins, shown = Object.entries(scatter.percentiles);
-    const x = new Scale(edges), y = new Scale([0, ...counts], 0);
+    const x = new Scale(edges, 0, true), y = new Scale([0, ...counts], 0, true);
     const svg = frame(x, y, "amplification", "discs", "Histogram of the amplification");
     counts.forEach((count, k) => {
       const [l, r, t] = [across(x, edges[k]), across(x, edges[k + 1]), upwards(y, count)];
@@ -354,10 +354,10 @@ class Study {
   /** Deviations of the blades of the disc chosen, else of the worst. */
   drawDisc() {
     const { scatter, view } = this, host = document.getElementById("worst");
-    if (host) host.hidden = !scatter?.worst;
-    if (!scatter?.worst) return;
+    host.hidden = !scatter?.worst;
+    if (host.hidden) return;
     const i = view.case ?? scatter.worst.case, values = this.parameters.map((p) => p.values[i]), sector = Number(scatter.outputs[i].split("@").at(-1) || NaN);
-    const x = new Scale([-0.5, values.length - 0.5]), y = new Scale([0, ...values], 0.06);
+    const x = new Scale([-0.5, values.length - 0.5], 0, true), y = new Scale([0, ...values], 0.06, true);
     const svg = frame(x, y, "blade", "deviation of stiffness", `Deviations of disc ${i}`), zero = upwards(y, 0);
     values.forEach((value, s) => {
       const [l, r, t] = [across(x, s - 0.4), across(x, s + 0.4), upwards(y, value)];
