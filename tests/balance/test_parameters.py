@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import FrequencySystem, ParameterSystem
-from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
+from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units, product_warnings
 from slipstick.structure.modal import LoadShape
 
 CHAIN = np.array([[60.0, -20.0, 0.0], [-20.0, 50.0, -30.0], [0.0, -30.0, 45.0]])
@@ -159,6 +160,19 @@ def blocks(**given: object) -> ss.Problem:
     ]  # fmt: skip
     asked = {"harmonics": range(4), "told": None, "outputs": ["x", "z"], **given}
     return ss.Problem(structure("modal"), contacts=contacts, loads=[ss.Load(dof="z", cos=2.0)], **asked)
+
+
+def test_a_contact_in_one_direction_has_no_second_velocity() -> None:
+    with raises_fault(says="no parameter .rub.second_velocity"):
+        problem().parameter_target("rub.second_velocity")
+
+
+@pytest.mark.parametrize("heated", [False, True])
+def test_a_constant_normal_load_is_one_parameter_with_friction_unless_heat_changes_it(heated: bool) -> None:
+    curve = ss.FrictionCurve(temperature=[0.0, 500.0], mu=[0.3, 0.2])
+    thermal = ss.ThermalModel(curve=curve, background=20.0, resistance=0.01) if heated else None
+    told = list(product_warnings(one_mass(damper(1.0), thermal=thermal), ["friction", "damper.normal_load"]))
+    assert ["cannot be separated" in sentence for sentence in told] == ([] if heated else [True])
 
 
 def test_a_block_of_contacts_has_parameters() -> None:

@@ -207,6 +207,8 @@ def test_directions_of_unequal_length_are_told() -> None:
     pair = ss.ContactPair(name="foot", contact=FOOT, tangential=({"x": 1.0}, {"y": 2.0}), normal="z")
     told = [str(w) for w in problem_warnings(problem(pair), (1.0, 2.0))]
     assert any("2 times as long as the first" in sentence for sentence in told)
+    equal = ss.ContactPair(name="foot", contact=FOOT, tangential=({"x": 1000.0}, {"y": 1000.5}), normal="z")
+    assert not any("as long as" in str(w) for w in problem_warnings(problem(equal), (1.0, 2.0)))
 
 
 def test_a_unit_normal_that_is_not_perpendicular_is_told() -> None:
