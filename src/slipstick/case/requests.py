@@ -93,14 +93,16 @@ class TrackTable(RequestTable):
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
     start: float = Field(alias="from", description="a number")
     stop: float = Field(alias="to", description="a number")
-    dof: str | None = Field(default=None, description="the name of an output")
     omega: Frequencies | None = Field(default=None, description=_OMEGA)
     at: list[float] = Field(default=[], description="a list of values that become exact points")
+    dof: str | None = Field(default=None, description="the name of an output")
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, points, range of frequencies, dof."""
+        from slipstick.balance.checks import requested_faults
+
         yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
-        yield from _at_faults(self)
+        yield from requested_faults(self.at, self.start, self.stop)
         yield from _omega_faults(self.omega, swept)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
@@ -110,7 +112,7 @@ class TrackTable(RequestTable):
         from slipstick.analysis.peaks.tracking import tracked_peak
 
         omega = case.span if self.omega is None else self.omega
-        return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
+        return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.at, self.dof, None)
 
     def description(self, case: Case) -> str:
         """The peak and its parameter."""
@@ -281,8 +283,10 @@ class CyclesTable(RequestTable):
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, points, dof, range."""
+        from slipstick.balance.checks import requested_faults
+
         yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
-        yield from _at_faults(self)
+        yield from requested_faults(self.at, self.start, self.stop)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
 
@@ -397,7 +401,7 @@ class WearTable(RequestTable):
 
         peak = {"range": self.range or case.omega, "dof": self.dof} if self.omega == "peak" else {}
         return wear_request(
-            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, depth=self.depth, requested=self.at,
+            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, at=self.at, depth=self.depth,
             method=self.method, tolerance=self.tolerance, max_change=self.max_change, **peak,
         )  # fmt: skip
 
@@ -533,12 +537,6 @@ def _parameter_faults(problem: Problem, name: str, *values: float | None, key: s
                 problem.at_parameter(name, value)
     except InputError as error:
         yield from (fault.inside(key) for fault in error.faults)
-
-
-def _at_faults(table: TrackTable | CyclesTable) -> Iterator[Fault]:
-    from slipstick.balance.checks import requested_faults
-
-    yield from (replace(fault, where=("at",)) for fault in requested_faults(table.at, table.start, table.stop))
 
 
 def _omega_faults(omega: tuple[float, float] | None, swept: bool) -> Iterator[Fault]:

@@ -26,7 +26,7 @@ def test_the_example_leaves_the_folder_that_python_follows(tmp_path):
     files = {"brake.toml", "results.nc", "report.html", "response.png", "stability.png"}
     assert {path.name for path in out.iterdir()} == files
     answer, found = json.loads(result.stdout), ss.load(out / "results.nc")
-    branch = ss.limit_cycles(brake(harmonics=6), "pad.mu", (0.3, 0.8), requested=0.6)
+    branch = ss.limit_cycles(brake(harmonics=6), "pad.mu", (0.3, 0.8), at=0.6)
     np.testing.assert_allclose(found.dataset.amplitude, branch.dataset.amplitude, rtol=1e-9, atol=1e-15)
     assert (answer["outcome"], answer["message"]) == ("COMPLETED", branch.message)
     hopf = answer["marked"][-1]
@@ -94,7 +94,7 @@ def test_a_brake_in_the_plane_squeals_like_that_along_a_line(tmp_path, tangentia
     answer = json.loads(result.stdout)
     hopf, (cycle,) = answer["marked"][-1], answer["cycles"]
     assert (hopf["kind"], hopf["parameter"]) == ("Hopf", pytest.approx(0.53125, rel=1e-9))
-    line = ss.limit_cycles(brake(harmonics=6), "pad.mu", (0.3, 0.62), requested=0.6)
+    line = ss.limit_cycles(brake(harmonics=6), "pad.mu", (0.3, 0.62), at=0.6)
     data = line.dataset.isel(point=line.at(0.6))
     assert cycle["omega"] == pytest.approx(float(data.omega), rel=1e-8)
     assert cycle["amplitude"] == pytest.approx(float(data.amplitude[1]), rel=1e-7)
