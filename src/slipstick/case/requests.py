@@ -1,5 +1,5 @@
-"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``, ``[run_up]``,
-``[identify]``.
+"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[limit_cycles]``, ``[wear]``,
+``[run_up]``, ``[identify]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
@@ -262,8 +262,8 @@ class ModesTable(RequestTable):
         return {"backbone": lambda: plots.backbone(branch), "damping": lambda: plots.damping(branch)}
 
 
-class CyclesTable(RequestTable):
-    """``[cycles]``: self-excited vibration over a parameter."""
+class LimitCyclesTable(RequestTable):
+    """``[limit_cycles]``: self-excited vibration over a parameter."""
 
     verb: ClassVar[str] = "limit_cycles"
     onward: ClassVar[str] = "steady sliding over the range"
