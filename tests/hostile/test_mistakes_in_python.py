@@ -116,6 +116,17 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
     ),
     # problems
     "contacts nested": (lambda: problem(contacts=[[PAIR]]), ss.InputError, ("contacts, number 1", "ss.ContactPair")),
+    "a load as the factor on all": (
+        lambda: problem(load=LOAD), ss.InputError,
+        ("load: found Load(dof='x'", "a number, the factor on all loads; give loads as loads="),
+    ),
+    "loads as the factor on all": (lambda: problem(load=[LOAD]), ss.InputError, ("load: found [Load(", "as loads=")),
+    "the factor as loads": (
+        lambda: problem(loads=1.5), ss.InputError,
+        ("loads: found 1.5; expected an ss.Load", "give a factor on all loads as load="),
+    ),
+    "the factor among loads": (lambda: problem(loads=[LOAD, 2]), ss.InputError, ("loads, number 2", "as load=")),
+    "a text as the factor": (lambda: problem(load="2"), ss.InputError, ("expected a number, the factor on all",)),
     "loads nested": (lambda: problem(loads=[[LOAD]]), ss.InputError, ("loads, number 1", "ss.Load")),
     "contact before structure": (lambda: ss.Problem(PAIR, contacts=PAIR), ss.InputError, ("structure: found Cont",)),
     "loads for contacts": (lambda: problem(contacts=LOAD), ss.InputError, ("contacts: found Load(", "ss.ContactPair")),

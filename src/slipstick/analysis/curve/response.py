@@ -133,7 +133,8 @@ def parameter_response(
     parameter
         Such as "damper.velocity", "damper.normal_load" (at fixed kn), ``"*.mu"`` (all contacts), "rubbing.cos1",
         "load.x.amplitude", "load.x.phase" (rad; "load.x.2.phase" of one harmonic among several), "loss_factor" and
-        "damping" of the structure (a factor on its viscous damping), and the factors "load" and "friction".
+        "damping" of the structure (a factor on its viscous damping), "load", the factor on all loads, and "friction",
+        that on all friction coefficients.
     span
         First and last value.
     omega
