@@ -16,6 +16,7 @@ from helpers.stability import brake
 
 import slipstick as ss
 from slipstick.analysis.curve.response import follow
+from slipstick.case.requests import TrackTable
 
 SHORT = {"max_points": 4}
 CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], Any]] = {
@@ -74,3 +75,13 @@ def test_the_default_filter_shows_it_in_a_script(tmp_path: Path) -> None:
         warnings.filterwarnings("default", category=DeprecationWarning, module="__main__")
         exec(compile(script, str(tmp_path / "own.py"), "exec"), {"__name__": "__main__", "problem": oscillator()})
     assert any("'at'" in str(warning.message) for warning in caught)
+
+
+def test_a_peak_is_tracked_with_the_arguments_of_a_curve_in_their_order() -> None:
+    """Positional ones and those that both have, and the keys of the table that says the same."""
+    curve, track = (list(inspect.signature(f).parameters) for f in (ss.parameter_response, ss.track_peak))
+    assert track[:3] == curve[:3] == ["problem", "parameter", "span"]
+    both = [name for name in curve if name in track]
+    assert [name for name in track if name in both] == both
+    keys = [field.alias or name for name, field in TrackTable.model_fields.items()]
+    assert keys == ["parameter", "from", "to", *(name for name in track[3:] if name not in ("options", "listeners"))]

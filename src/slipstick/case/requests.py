@@ -153,9 +153,9 @@ class OptimalTable(RequestTable):
     nothing: ClassVar[Mapping[str, Any]] = {"value": np.nan, "omega": np.nan, "amplitude": np.nan, "kind": ""}
 
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
-    start: float | None = Field(default=None, description="a number, the value to begin at")
-    dof: str | None = Field(default=None, description="the name of an output")
     omega: Frequencies | None = Field(default=None, description=_OMEGA)
+    dof: str | None = Field(default=None, description="the name of an output")
+    start: float | None = Field(default=None, description="a number, the value to begin at")
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, range of frequencies, dof."""
@@ -271,8 +271,8 @@ class LimitCyclesTable(RequestTable):
     parameter: str = Field(description='the name of a parameter such as "pad.mu"')
     start: float = Field(alias="from", description="a number, where steady sliding is stable")
     stop: float = Field(alias="to", description="a number")
-    dof: str | None = Field(default=None, description="the name of an output")
     at: list[float] = Field(default=[], description="a list of values that become exact points")
+    dof: str | None = Field(default=None, description="the name of an output")
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -363,10 +363,10 @@ class WearTable(RequestTable):
     start: NotNegative = Field(default=0.0, alias="from", description="a number >= 0 of cycles")
     stop: Positive = Field(alias="to", description="a number > 0 of cycles")
     omega: FrequencyOrPeak = Field(description='a frequency such as 9.0 or "50 Hz", or "peak"')
+    at: list[float] = Field(default=[], description="a list of numbers of cycles that become exact points")
     range: Frequencies | None = Field(default=None, description='of "peak": ' + _OMEGA)
     dof: str | None = Field(default=None, description='of "peak": the name of an output')
     depth: ByContact = Field(default=None, description="a depth > 0, or depths by name of contact")
-    at: list[float] = Field(default=[], description="a list of numbers of cycles that become exact points")
     method: Literal["auto", "explicit", "implicit"] = Field(
         default="auto", description='one of "auto", "explicit", "implicit"'
     )

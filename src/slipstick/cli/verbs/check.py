@@ -125,9 +125,12 @@ def _structure(case: Case, problem: Problem) -> None:
     if unknown := untold(structure):
         say(f"not known of this structure: {', '.join(unknown)}")
     from slipstick.structure.cyclic import TravellingWave
+    from slipstick.structure.disc import Disc
 
     if isinstance(structure, TravellingWave):
         _around(structure, problem.harmonics.orders)
+    if isinstance(structure, Disc):
+        say(f"whole disc: blades are numbered from 0 to {structure.sectors - 1}, contacts from 1")
 
 
 def untold(structure: Structure) -> list[str]:
