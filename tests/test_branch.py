@@ -35,7 +35,7 @@ def problem(velocity: float = 2.0) -> ss.Problem:
 
 @pytest.fixture(scope="module")
 def branch() -> ss.Branch:
-    return ss.forced_response(problem(), omega=(6.0, 12.0), requested=[8.0])
+    return ss.forced_response(problem(), omega=(6.0, 12.0), at=[8.0])
 
 
 def test_dataset_is_complete_and_described(branch: ss.Branch) -> None:
@@ -147,7 +147,7 @@ def test_a_branch_of_a_dataset_alone_says_why_it_has_no_problem(branch: ss.Branc
 
 @pytest.mark.parametrize("velocity", [2.0, 0.0])
 def test_check_in_time(velocity: float) -> None:
-    found = ss.forced_response(problem(velocity), omega=(6.0, 7.0), requested=[6.5])
+    found = ss.forced_response(problem(velocity), omega=(6.0, 7.0), at=[6.5])
     check = found.check_in_time(found.at(6.5))
     assert check.converged
     assert check.relative_difference < 5e-3  # harmonics 0..7 only

@@ -170,7 +170,7 @@ def check_in_time(blade, cases):
     for load, velocity, hot, hertz, tolerance in cases:
         omega = 2 * np.pi * hertz
         problem = shrouded_blade.rubbed(blade, load, velocity, hot=hot)
-        branch = ss.forced_response(problem, omega=(omega - 10.0, omega), requested=[omega])
+        branch = ss.forced_response(problem, omega=(omega - 10.0, omega), at=[omega])
         check = branch.check_in_time(branch.at(omega))
         assert check.converged
         assert check.relative_difference < tolerance, (load, velocity, hot, hertz, check)

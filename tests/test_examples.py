@@ -84,7 +84,7 @@ def test_harmonics_kept(tmp_path):
     """Fig. 8: 0..7 coincides with 0..10 within 0.1 %; 0..3 is off by more than 2 % only for 3.6 .. 4.2 rad/s."""
     module = load("oscillator/harmonics_kept.py")
     omega = np.arange(2.2, 14.9, 0.1)
-    branches = module.compute(requested=omega)
+    branches = module.compute(at=omega)
     curves = {}
     for name, branch in branches.items():
         data = branch.dataset.sel(dof="x")

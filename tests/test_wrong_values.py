@@ -297,7 +297,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "forced_response": (
         lambda: ss.forced_response,
         {
-            "problem": PROBLEM, "omega": (2.0, 3.0), "requested": (), "peaks_of": "x", "options": SHORT,
+            "problem": PROBLEM, "omega": (2.0, 3.0), "at": (), "peaks_of": "x", "options": SHORT,
             "listeners": (), "guess": np.zeros(7), "stability": True,
             "follow": "subharmonic",
         },
@@ -309,7 +309,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "parameter_response": (
         lambda: ss.parameter_response,
         {
-            "problem": PROBLEM, "parameter": "damper.mu", "span": (0.1, 0.3), "omega": 2.0, "requested": (),
+            "problem": PROBLEM, "parameter": "damper.mu", "span": (0.1, 0.3), "omega": 2.0, "at": (),
             "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full", "follow": None,
         },
     ),
@@ -328,19 +328,19 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.track_peak,
         {
             "problem": PROBLEM, "parameter": "damper.normal_load", "span": (700.0, 800.0), "omega": (9.0, 12.0),
-            "dof": "x", "requested": (), "options": SHORT, "listeners": (),
+            "dof": "x", "at": (), "options": SHORT, "listeners": (),
         },
     ),
     "limit_cycles": (
         lambda: ss.limit_cycles,
-        {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "requested": (), "options": SHORT,
+        {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "at": (), "options": SHORT,
          "listeners": ()},
     ),
     "wear": (
         lambda: ss.wear,
         {
             "problem": WORN, "kappa": {"damper": 1e-4}, "cycles": (0, 10), "omega": 10.0, "depth": 500.0,
-            "requested": (), "tolerance": 1e-4, "max_change": 1.0, "method": "auto", "listeners": (),
+            "at": (), "tolerance": 1e-4, "max_change": 1.0, "method": "auto", "listeners": (),
         },
     ),
     "wear at the peak": (

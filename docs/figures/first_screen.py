@@ -96,7 +96,7 @@ def peaks(ax: Axes) -> None:
         curve = ss.forced_response(
             problem,
             omega=(195.0 * HERTZ, 330.0 * HERTZ),
-            requested=np.array(CHECKED[velocity]) * HERTZ,
+            at=np.array(CHECKED[velocity]) * HERTZ,
             peaks_of=["n1y"],
         )
         data = curve.dataset

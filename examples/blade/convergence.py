@@ -27,9 +27,9 @@ CONTACTS = tuple((x, y, 0.22) for x, y in (
 RADIUS = 3e-3
 
 
-def respond(blade, load, velocity, harmonics=range(6), requested=()):
+def respond(blade, load, velocity, harmonics=range(6), at=()):
     problem = rubbed(blade, load, velocity, harmonics=harmonics)
-    return ss.forced_response(problem, omega=RANGE, requested=requested, peaks_of=OUTPUT)
+    return ss.forced_response(problem, omega=RANGE, at=at, peaks_of=OUTPUT)
 
 
 def by_mesh(sizes, cache):
@@ -45,7 +45,7 @@ def curves(blade, harmonics=range(6)):
     """By case: peak amplitude, and amplitudes at the compared frequencies."""
     found = {}
     for name, case in CASES.items():
-        branch = respond(blade, *case, harmonics=harmonics, requested=COMPARED)
+        branch = respond(blade, *case, harmonics=harmonics, at=COMPARED)
         at = [branch.at(omega) for omega in COMPARED]
         found[name] = highest(branch)[1], branch.dataset.amplitude.sel(dof=OUTPUT).values[at]
     return found

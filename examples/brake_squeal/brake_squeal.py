@@ -26,7 +26,7 @@ def problem(mu=0.4):
 
 def compute():
     """Limit cycles over the friction coefficient."""
-    return ss.limit_cycles(problem(), "pad.mu", FRICTION, requested=SHOWN)
+    return ss.limit_cycles(problem(), "pad.mu", FRICTION, at=SHOWN)
 
 
 def draw(branch, folder):

@@ -24,7 +24,7 @@ def problem(load):
 def row(load):
     """What the mass does at each velocity: from the cycles that begin at the Hopf point of one load."""
     velocities = [-v for v in VELOCITIES]
-    branch = ss.limit_cycles(problem(load), "belt.velocity", (-4.0, -0.9), requested=velocities)
+    branch = ss.limit_cycles(problem(load), "belt.velocity", (-4.0, -0.9), at=velocities)
     data, marks = branch.dataset, ""
     for velocity in velocities:
         at = np.isclose(data.parameter, velocity, atol=1e-9)

@@ -43,7 +43,7 @@ def loci():
             "damper.velocity",
             span,
             omega=(3.0, 12.0),
-            requested=DRAWN[(min(span) < DRAWN) & (max(span) > DRAWN)],
+            at=DRAWN[(min(span) < DRAWN) & (max(span) > DRAWN)],
         )
         for label, span in {"from 0 up": (0.0, 300.0), "from 100 down": (100.0, 0.5)}.items()
     }

@@ -10,12 +10,12 @@ import slipstick as ss
 SETS = {"0..3": range(4), "0..7": range(8), "0..10": range(11), "0 and odd": [0, 1, 3, 5, 7, 9]}
 
 
-def compute(requested=()):
-    """One branch for each set of harmonics, with points at exactly the requested frequencies."""
+def compute(at=()):
+    """One branch for each set of harmonics, with points at exactly these frequencies."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ss.SlipstickWarning)  # of the missing even ones: that is the point here
         return {
-            name: ss.forced_response(problem(velocity=10.0, harmonics=kept), omega=(2.0, 15.0), requested=requested)
+            name: ss.forced_response(problem(velocity=10.0, harmonics=kept), omega=(2.0, 15.0), at=at)
             for name, kept in SETS.items()
         }
 

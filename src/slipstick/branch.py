@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
+from slipstick.faults import old_names
 from slipstick.results.solutions import Solutions
 from slipstick.typing import Array, DrawnAxes, Names, Points
 
@@ -84,6 +85,7 @@ class Branch(Solutions):
 
         return bifurcations_of(self)
 
+    @old_names(requested="at")
     def subharmonic(self, point: int, **options: Any) -> Branch:
         """Motion of twice the period, from a point where the period doubles, as a branch of its own.
 

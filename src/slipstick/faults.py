@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import wraps
 from itertools import islice
 from numbers import Integral, Real
 from os import PathLike, fspath, stat
@@ -376,8 +377,8 @@ def few_alike(sentences: Iterable[str]) -> list[str]:
     return out
 
 
-def warn(sentences: Iterable[str]) -> None:
-    """Give each sentence as a SlipstickWarning at the user's own line.
+def warn(sentences: Iterable[str], category: type[Warning] = SlipstickWarning) -> None:
+    """Give each sentence as a warning at the user's own line.
 
     Steps over the frames of this package and of what stands between it and its user, so that it does not matter how
     deep the caller is.
@@ -386,7 +387,30 @@ def warn(sentences: Iterable[str]) -> None:
     while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).partition(".")[0] in _PASSED_BY:
         level, frame = level + 1, frame.f_back
     for sentence in sentences:
-        warnings.warn(sentence, SlipstickWarning, stacklevel=level)
+        warnings.warn(sentence, category, stacklevel=level)
+
+
+def old_names(**names: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Decorator of a function that takes arguments by their old names too, ``old_names(old="new")``.
+
+    An old name gives a DeprecationWarning with the new one. Both together raise InputError.
+    """
+
+    def decorated(function: Callable[P, T]) -> Callable[P, T]:
+        @wraps(function)
+        def called(*arguments: P.args, **named: P.kwargs) -> T:
+            for old in [name for name in names if name in named]:
+                new = names[old]
+                if new in named:
+                    both = f"'{old}' is its old name, and both are given"
+                    raise InputError(Fault(new, both, remedy=f"leave '{old}' out"))
+                named[new] = named.pop(old)
+                warn([f"{function.__name__}: the argument '{old}' is now called '{new}'"], DeprecationWarning)
+            return function(*arguments, **named)
+
+        return called
+
+    return decorated
 
 
 def _below_largest(expected: str) -> str:

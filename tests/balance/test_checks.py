@@ -76,12 +76,12 @@ def test_numbers_asked_for():
     assert requested_values(3) == (3.0,)
     assert requested_values([3, 4.5]) == (3.0, 4.5)
     (fault,) = requested_faults([5.0, 1.0, 2.0], 3.0, 1.0)
-    assert fault.where == ("requested",)
+    assert fault.where == ("at",)
     assert fault.statement == "5 lies outside of the range 1 to 3"
     for bad in ((1.0,), (1.0, 2.0, 3.0), "ab", None):
         with raises_fault("omega"):
             two_numbers(bad, "omega")
-    with raises_fault("requested, number 1", found="'a'"):
+    with raises_fault("at", 0, found="'a'"):
         requested_values(["a"])
 
 

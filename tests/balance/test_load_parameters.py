@@ -145,7 +145,7 @@ def test_the_phase_of_a_single_load_only_shifts_time() -> None:
 def test_two_excitations_out_of_step() -> None:
     """The phase between a load and the rub matters; the curve holds separate problems' solutions and their peak."""
     p = problem(ss.Load(dof="x", sin=4.0))
-    branch = ss.parameter_response(p, "load.x.phase", (0.0, 2 * pi), omega=2.5, requested=[2.0], peaks_of="y.z")
+    branch = ss.parameter_response(p, "load.x.phase", (0.0, 2 * pi), omega=2.5, at=[2.0], peaks_of="y.z")
     assert branch.outcome.ok
     assert np.ptp(branch.dataset.amplitude.values[:, 0]) > 0.01
     alone = ss.forced_response(p.with_parameter("load.x.phase", 2.0), omega=(2.5, 2.6))

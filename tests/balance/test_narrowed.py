@@ -29,7 +29,7 @@ def stated(*further: ss.Load, **rubbing: object) -> ss.Problem:
 ])  # fmt: skip
 def test_what_is_zero_on_a_higher_harmonic_changes_nothing(further: list[ss.Load], rubbing: dict) -> None:
     problems = stated(), stated(*further, **rubbing)
-    curves = [ss.forced_response(problem, omega=(6.5, 8.0), requested=6.6) for problem in problems]
+    curves = [ss.forced_response(problem, omega=(6.5, 8.0), at=6.6) for problem in problems]
     amplitudes = [float(curve.dataset.amplitude[curve.at(6.6), 0]) for curve in curves]
     assert amplitudes[1] == pytest.approx(amplitudes[0], rel=1e-6)
 

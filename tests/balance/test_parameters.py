@@ -80,7 +80,7 @@ def test_derivatives(kind: str, name: str, value: float, anchored: bool) -> None
 @pytest.mark.parametrize("name, span", [("loss_factor", (0.3, 0.0)), ("damping", (0.2, 4.0))])
 def test_curves_hold_the_solutions_of_separate_problems(kind: str, name: str, span: tuple[float, float]) -> None:
     p, middle = problem(kind), 0.6 * span[0] + 0.4 * span[1]
-    branch = ss.parameter_response(p, name, span, omega=3.5, requested=[middle])
+    branch = ss.parameter_response(p, name, span, omega=3.5, at=[middle])
     assert branch.outcome.ok
     for point in (0, branch.at(middle), len(branch) - 1):
         value = float(branch.dataset.parameter[point])
@@ -202,7 +202,7 @@ def test_derivatives_by_a_block_are_those_of_its_contacts_together() -> None:
 
 def test_a_block_is_followed_studied_and_identified() -> None:
     p = blocks()
-    curve = ss.parameter_response(p, "tip.mu", (0.2, 0.5), omega=3.3, requested=[0.4])
+    curve = ss.parameter_response(p, "tip.mu", (0.2, 0.5), omega=3.3, at=[0.4])
     at = curve.dataset.isel(point=int(np.argmin(np.abs(curve.dataset.parameter.values - 0.4))))
     alone = ss.steady_response(p.with_parameter("tip.mu", 0.4), omega=3.3)
     assert at.amplitude.values == pytest.approx(alone.dataset.amplitude.values[0], rel=1e-7)

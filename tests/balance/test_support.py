@@ -58,7 +58,7 @@ def phasors(branch: ss.Branch, w: float) -> Array:
 @pytest.mark.parametrize(("contact", "k"), [(spring(), KN), (stuck(), STUCK)])
 def test_a_contact_that_holds_a_free_body_is_a_spring(contact: ss.ContactPair, k: float) -> None:
     at = [1.5, 3.0, 7.0, 11.0]
-    branch = ss.forced_response(problem(contact), omega=(1.0, 12.0), requested=at)
+    branch = ss.forced_response(problem(contact), omega=(1.0, 12.0), at=at)
     assert branch.outcome is ss.Outcome.COMPLETED
     for w in at:
         exact = closed(w, k)
@@ -86,7 +86,7 @@ def test_friction_leaves_out_rigid_motion_in_the_mean() -> None:
 @pytest.mark.parametrize(("contact", "k"), [(spring(), KN), (stuck(), STUCK)])
 def test_gyroscopic_bodies(options: dict[str, Any], contact: ss.ContactPair, k: float) -> None:
     structure = pair(gyroscopic=G, **options)
-    branch = ss.forced_response(problem(contact, structure=structure), omega=(2.0, 8.0), requested=[3.0, 7.0])
+    branch = ss.forced_response(problem(contact, structure=structure), omega=(2.0, 8.0), at=[3.0, 7.0])
     for w in (3.0, 7.0):
         speed = options.get("speed", w / 2.0)
         assert phasors(branch, w) == pytest.approx(closed(w, k, C + speed * G), abs=1e-8)
@@ -108,7 +108,7 @@ def test_one_mass_on_its_contact_alone() -> None:
     contact = ss.ContactPair(name="c", contact=law, tangential="a", normal="a")
     given = ss.Problem(structure, contacts=contact, loads=[ss.Load(dof="a", cos=2.0), PRESSED], harmonics=3)
     with pytest.warns(ss.SlipstickWarning):
-        branch = ss.forced_response(given, omega=(3.0, 8.0), requested=[4.0, 7.0])
+        branch = ss.forced_response(given, omega=(3.0, 8.0), at=[4.0, 7.0])
     for w in (4.0, 7.0):
         assert phasors(branch, w)[0] == pytest.approx(2.0 / (KN - w * w + 0.1j * w), rel=1e-8)
 

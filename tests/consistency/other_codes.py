@@ -104,7 +104,7 @@ def nlvib_01() -> Iterator[Row]:
         1.2632188742994428: (2.758513158234597, 0.042969945211996596),
         1.1510938594585913: (1.7919599324994413, 0.013775223248188972),
     }
-    branch = quiet(lambda: ss.forced_response(duffing(), omega=(0.5, 1.6), requested=list(points)))
+    branch = quiet(lambda: ss.forced_response(duffing(), omega=(0.5, 1.6), at=list(points)))
     for name, other, here in zip(("upper", "lower"), (1.26960463, 1.11570012), folds(branch), strict=True):
         yield Row(f"frequency of the {name} fold", other, here, 3e-6)
     for omega, (first, third) in points.items():
@@ -142,7 +142,7 @@ def two_cubic_springs() -> ss.Problem:
 
 def nlvib_02() -> Iterator[Row]:
     peaks = {1.026997389363902: 0.418505269439858, 1.2104264955017008: 0.4090457946434794}
-    branch = quiet(lambda: ss.forced_response(two_cubic_springs(), omega=(0.8, 1.4), requested=list(peaks)))
+    branch = quiet(lambda: ss.forced_response(two_cubic_springs(), omega=(0.8, 1.4), at=list(peaks)))
     for name, other, here in zip(("upper", "lower"), (1.214626225, 1.206219457), folds(branch), strict=True):
         yield Row(f"frequency of the {name} fold", other, here, 1e-8)
     rms = np.sqrt((branch.dataset.displacement.sel(dof="q1").values ** 2).sum(axis=1) / 2.0)
@@ -196,7 +196,7 @@ def nlvib_03() -> Iterator[Row]:
         0.7112491202415006: (1.1161250315993143, 0.8087381885807144),
         0.5826782201532196: (0.9992927689864047, 0.6614570495510199),
     }
-    branch = quiet(lambda: ss.forced_response(stop(), omega=(0.5, 0.8), requested=list(points), peaks_of=["q1", "q2"]))
+    branch = quiet(lambda: ss.forced_response(stop(), omega=(0.5, 0.8), at=list(points), peaks_of=["q1", "q2"]))
     for omega, values in points.items():
         for dof, other in zip(("q1", "q2"), values, strict=True):
             here = at(branch, omega, harmonic(branch, dof), other)
@@ -311,7 +311,7 @@ def nlvib_06() -> Iterator[Row]:
         3e-3: ((1.0879265918, 1.1229918022), 1.0880576322, 0.3279894386),
     }
     for level, (turns, omega, size) in levels.items():
-        branch = quiet(lambda: ss.forced_response(curved_springs(level), omega=(1.16, 1.08), requested=omega))  # noqa: B023
+        branch = quiet(lambda: ss.forced_response(curved_springs(level), omega=(1.16, 1.08), at=omega))  # noqa: B023
         for other, here in zip(sorted(turns), sorted(folds(branch)), strict=True):
             yield Row(f"load {level:.4f}: fold", other, here, 3e-8)
         yield Row(
@@ -342,7 +342,7 @@ def tmdsimpy_duffing() -> Iterator[Row]:
         1.2684030962292847: 1.6786616051170649,
         1.2814863408243669: 1.3771257253830251,
     }
-    branch = quiet(lambda: ss.forced_response(volvert(), omega=(0.5, 1.4), requested=list(points)))
+    branch = quiet(lambda: ss.forced_response(volvert(), omega=(0.5, 1.4), at=list(points)))
     for i, other in enumerate((0.647165, 0.643574, 1.284113, 1.275534)):
         yield Row(f"fold {i + 1} along the curve", other, folds(branch)[i], 1e-6)
     for omega, other in points.items():
@@ -383,7 +383,7 @@ def tmdsimpy_friction() -> Iterator[Row]:
         300.0: {1.1531798645953915: 25.29426081950436, 3.485669763038983: 205.0953598050209},
     }
     for level, points in levels.items():
-        branch = quiet(lambda: ss.forced_response(elastic_friction(level), omega=(0.5, 6.0), requested=list(points)))  # noqa: B023
+        branch = quiet(lambda: ss.forced_response(elastic_friction(level), omega=(0.5, 6.0), at=list(points)))  # noqa: B023
         within = 1e-9 if level == 1.0 else 2e-4
         for omega, other in points.items():
             here = at(branch, omega, harmonic(branch, "t"), other)
@@ -435,7 +435,7 @@ def tmdsimpy_iwan() -> Iterator[Row]:
         },
     }
     for level, points in levels.items():
-        branch = quiet(lambda: ss.forced_response(iwan(level), omega=(0.24, 0.32), requested=list(points)))  # noqa: B023
+        branch = quiet(lambda: ss.forced_response(iwan(level), omega=(0.24, 0.32), at=list(points)))  # noqa: B023
         for omega, (first, third) in points.items():
             one, three = (at(branch, omega, harmonic(branch, "x", m), v) for m, v in ((1, first), (3, third)))
             yield Row(f"load {level:.1f}: harmonic 1 at {omega:.2f}", first, one, 1e-6)
@@ -519,7 +519,7 @@ def pyharm_ring() -> Iterator[Row]:
     omega = ring_matrices()[3]
     tip = travelling_wave()
     span = (0.95 * omega, 1.1 * omega)
-    branch = quiet(lambda: ss.forced_response(friction_ring(), omega=span, requested=list(pyharm), peaks_of=["tip0"]))
+    branch = quiet(lambda: ss.forced_response(friction_ring(), omega=span, at=list(pyharm), peaks_of=["tip0"]))
     sizes, data = harmonic(branch, "tip0"), branch.dataset
     for place, other in pyharm.items():
         yield Row(f"amplitude at {place:.1f}", other, at(branch, place, sizes, other), 2e-3)
@@ -601,7 +601,7 @@ def jeffcott_rub() -> Iterator[Row]:
     touch = float(brentq(clearance, 0.7, 1.0, xtol=1e-15))
     pyharm = {1.0000190009928387: 5.6817692309283085, 1.005637472021533: 2.210633910054174}
     for mu in (0.0, 0.1, 0.2):
-        branch = quiet(lambda: ss.forced_response(jeffcott(mu), omega=(0.1, 1.4), requested=[] if mu else list(pyharm)))  # noqa: B023
+        branch = quiet(lambda: ss.forced_response(jeffcott(mu), omega=(0.1, 1.4), at=[] if mu else list(pyharm)))  # noqa: B023
         data, radius = branch.dataset, harmonic(branch, "x")
         for omega, other in {} if mu else pyharm.items():
             yield Row(f"mu = 0.0: radius at {omega:.6f}, pyHarm", other, at(branch, omega, radius, other), 1e-9)

@@ -38,7 +38,7 @@ def test_followed_parameter_is_that_of_the_point():
 def test_oscillator_curves_at_25_points(velocity):
     """Five points of five curves with harmonics 0..10: 4 digits, as the balance with 10 harmonics can have."""
     omegas = (2.5, 4.2, 6.0, 9.0, 13.0)
-    branch = ss.forced_response(oscillator(velocity=velocity), omega=(2.0, 15.0), requested=omegas)
+    branch = ss.forced_response(oscillator(velocity=velocity), omega=(2.0, 15.0), at=omegas)
     for omega in omegas:
         check = branch.check_in_time(branch.at(omega), periods=100)
         assert check.omega == pytest.approx(omega)

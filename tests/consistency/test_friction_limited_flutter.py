@@ -99,7 +99,7 @@ def test_forced_motion_is_bounded_and_its_verdict_that_of_time(structure) -> Non
     given = oscillator(structure())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ss.SlipstickWarning)
-        branch = ss.forced_response(given, omega=(4.9, 8.6), requested=[5.0, 7.0, 8.5], stability=True)
+        branch = ss.forced_response(given, omega=(4.9, 8.6), at=[5.0, 7.0, 8.5], stability=True)
     stuck, held, fast = (branch.dataset.isel(point=branch.at(w)) for w in (5.0, 7.0, 8.5))
     for point, omega in ((stuck, 5.0), (fast, 8.5)):
         size = 2.0 / abs(STIFFNESS + KT - omega**2 - 1j * FED * omega)
@@ -125,7 +125,7 @@ def test_a_fast_mode_that_grows_is_not_left_at_rest() -> None:
     pair = ss.ContactPair(name="damper", tangential="x", contact=contact)
     problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1e-3), harmonics=range(6))
     with pytest.warns(ss.SlipstickWarning, match="mode 13 at 300 rad/s, damping ratio -0.0001"):
-        branch = ss.forced_response(problem, omega=(6.5, 6.6), requested=6.5, stability=True)
+        branch = ss.forced_response(problem, omega=(6.5, 6.6), at=6.5, stability=True)
     assert int(branch.dataset["stable"][branch.at(6.5)]) == 0
     size = np.nanmax(np.abs(np.asarray(branch.dataset["multiplier"])[branch.at(6.5)] @ [1.0, 1j]))
     assert size == pytest.approx(np.exp(1e-4 * 300.0 * 2.0 * np.pi / 6.5), rel=1e-6)

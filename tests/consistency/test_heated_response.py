@@ -46,11 +46,11 @@ def test_one_sided_slip_does_not_feel_the_heat() -> None:
 
 def test_heated_point_is_the_cold_problem_with_that_friction_coefficient() -> None:
     thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.05)
-    branch = forced_response(oscillator(50.0, thermal), omega=(5.0, 6.0), requested=[5.5])
+    branch = forced_response(oscillator(50.0, thermal), omega=(5.0, 6.0), at=[5.5])
     point = branch.at(5.5)
     mu = float(branch.dataset["friction_coefficient"][point, 0])
     plain = oscillator(50.0, None).with_parameter("damper.mu", mu)
-    same = forced_response(plain, omega=(5.0, 6.0), requested=[5.5])
+    same = forced_response(plain, omega=(5.0, 6.0), at=[5.5])
     expected = same.dataset["displacement"].to_numpy()[same.at(5.5)]
     np.testing.assert_allclose(branch.dataset["displacement"].to_numpy()[point], expected, atol=1e-8)
 

@@ -56,7 +56,7 @@ def state(branch: ss.Branch, point: int) -> np.ndarray:
 
 @cache
 def duffing_branch() -> ss.Branch:
-    return ss.forced_response(duffing(), omega=(1.0, 2.0), requested=[1.3, 1.5, 1.7], stability=True)
+    return ss.forced_response(duffing(), omega=(1.0, 2.0), at=[1.3, 1.5, 1.7], stability=True)
 
 
 def test_multipliers_of_a_duffing_oscillator_are_those_of_its_shooting() -> None:
@@ -133,7 +133,7 @@ def test_a_limit_cycle_is_van_der_pols() -> None:
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.3]], K=[[1.0]], dofs=["x"])
     pair = ss.ContactPair(name="own", contact=law, ports={"x": "x"})
     problem = ss.Problem(structure, contacts=pair, harmonics=range(20))
-    branch = ss.limit_cycles(problem, "own.a", (0.1, 1.4), requested=1.3)
+    branch = ss.limit_cycles(problem, "own.a", (0.1, 1.4), at=1.3)
     (hopf,) = [point for point in branch.bifurcations() if point.kind == "Hopf"]
     assert (hopf.value, hopf.omega) == (pytest.approx(0.3, abs=1e-9), pytest.approx(1.0, abs=1e-9))
     point = branch.at(1.3)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarni
 def curves(nx, ny, span):
     problem = PLATE.problem(*PLATE.plate(nx, ny, modes=60))
     return [
-        ss.forced_response(problem, omega=span, requested=np.linspace(*span, 9)[1:-1], options={"jacobian": kind})
+        ss.forced_response(problem, omega=span, at=np.linspace(*span, 9)[1:-1], options={"jacobian": kind})
         for kind in ("dense", "iterative")
     ]
 
@@ -48,7 +48,7 @@ def kinds(n, span, points, **options):
     return [
         ss.forced_response(
             PLATE.problem(*PLATE.plate(*PLATE.GRIDS[n], modes=60, residuals=kind)), omega=span,
-            requested=np.linspace(*span, points + 2)[1:-1], options={"jacobian": "iterative", **options},
+            at=np.linspace(*span, points + 2)[1:-1], options={"jacobian": "iterative", **options},
         )
         for kind in ("written", "solved")
     ]  # fmt: skip
@@ -103,7 +103,7 @@ def test_what_is_spared_changes_no_number(n, residuals, span, monkeypatch):
 
     def curve():
         return ss.forced_response(
-            problem, omega=span, requested=np.linspace(*span, 5)[1:-1], options={"jacobian": "iterative"}
+            problem, omega=span, at=np.linspace(*span, 5)[1:-1], options={"jacobian": "iterative"}
         )
 
     spared = curve()

@@ -61,7 +61,7 @@ def test_the_march_of_the_reference_is_a_masing_loop() -> None:
 def test_what_sampling_costs() -> None:
     """At one point of the long case: 4096 samples lead to our solution, tmdsimpy's 128 samples to tmdsimpy's."""
     omega = 3.485669763038983
-    branch = quiet(lambda: ss.forced_response(elastic_friction(300.0), omega=(3.2, 3.6), requested=omega))
+    branch = quiet(lambda: ss.forced_response(elastic_friction(300.0), omega=(3.2, 3.6), at=omega))
     (p,) = np.flatnonzero(branch.dataset.kind.values == "requested")
     X = branch.dataset.displacement.values[p]
     assert 0.1 < branch.dataset.slip_fraction.values[p, 0] < 1.0

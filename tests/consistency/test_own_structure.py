@@ -68,7 +68,7 @@ def rubbed(structure, *, velocity: float = 1.0, normal: str | None = None) -> ss
 def test_a_measured_structure_gives_the_curve_of_the_one_measured(velocity: float) -> None:
     known = modal()
     wanted, found = (
-        ss.forced_response(rubbed(s, velocity=velocity), omega=(4.0, 9.0), requested=[5.0, 7.0])
+        ss.forced_response(rubbed(s, velocity=velocity), omega=(4.0, 9.0), at=[5.0, 7.0])
         for s in (known, measured(known))
     )
     assert found.outcome is Outcome.COMPLETED
@@ -126,7 +126,7 @@ def test_a_rotor_without_contacts_is_its_own_linear_response() -> None:
 
 
 def test_a_rubbing_rotor_against_time_integration() -> None:
-    branch = ss.forced_response(rubbed(Rotor(), normal=None), omega=(4.0, 10.0), requested=[6.0])
+    branch = ss.forced_response(rubbed(Rotor(), normal=None), omega=(4.0, 10.0), at=[6.0])
     assert branch.outcome is Outcome.COMPLETED
     assert branch.dataset.newton_iterations.values.mean() < 4  # the derivative by omega is right
     assert branch.check_in_time(branch.at(6.0)).relative_difference < 2e-3

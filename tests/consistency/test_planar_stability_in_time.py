@@ -252,7 +252,7 @@ def brake(contact: ss.PlanarFrictionContact | ss.FrictionContact, angle: float) 
 
 def test_limit_cycles_are_those_of_one_direction_where_nothing_moves_across() -> None:
     one, two = (
-        ss.limit_cycles(brake(law(kt=200.0, mu=0.4, kn=40.0, gap=0.0), 0.0), "brake.mu", (0.4, 0.56), requested=0.55)
+        ss.limit_cycles(brake(law(kt=200.0, mu=0.4, kn=40.0, gap=0.0), 0.0), "brake.mu", (0.4, 0.56), at=0.55)
         for law in (ss.FrictionContact, ss.PlanarFrictionContact)
     )
     (hopf,) = [point for point in two.bifurcations() if point.kind == "Hopf"]
@@ -265,7 +265,7 @@ def test_limit_cycles_are_those_of_one_direction_where_nothing_moves_across() ->
 @pytest.mark.verify
 def test_limit_cycles_that_move_across_close_in_time() -> None:
     contact = ss.PlanarFrictionContact(kt=200.0, mu=0.4, kn=40.0, gap=0.0)
-    branch = ss.limit_cycles(brake(contact, 0.4), "brake.mu", (0.4, 0.7), requested=[0.62, 0.65, 0.7])
+    branch = ss.limit_cycles(brake(contact, 0.4), "brake.mu", (0.4, 0.7), at=[0.62, 0.65, 0.7])
     requested = np.flatnonzero(
         (branch.dataset["kind"].to_numpy() == "requested") & (branch.dataset["branch_part"].to_numpy() == 1)
     )

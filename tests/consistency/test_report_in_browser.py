@@ -550,6 +550,7 @@ def test_blades_of_a_disc_by_mouse_and_keys(browser: Any, tmp_path: Path) -> Non
     opened.page.keyboard.press("ArrowLeft")
     assert opened.view()["blade"] == 5
     assert opened.page.locator("#disc .note").inner_text().startswith("blade 5: ")
+    assert "numbered counter-clockwise from 0 to 5" in opened.page.locator("#disc .note").inner_text()
     before = blades.first.get_attribute("d")
     opened.page.locator("#disc input").fill("90")
     assert blades.first.get_attribute("d") != before

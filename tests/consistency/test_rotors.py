@@ -43,7 +43,7 @@ def rubbed(structure: Any, **change: Any) -> ss.Problem:
     "tie", [{"speed": 3.0}, {"speed": None, "engine_order": 1}, {"speed": None, "engine_order": 2}]
 )
 def test_a_rubbing_rotor_against_time_integration(tie: dict[str, Any]) -> None:
-    branch = ss.forced_response(rubbed(bearing_rotor(**tie)), omega=(4.0, 7.5), requested=[6.0], stability=True)
+    branch = ss.forced_response(rubbed(bearing_rotor(**tie)), omega=(4.0, 7.5), at=[6.0], stability=True)
     assert branch.outcome is ss.Outcome.COMPLETED
     assert branch.dataset.newton_iterations.values.mean() < 4  # the derivative by omega is right
     at = branch.at(6.0)
@@ -88,7 +88,7 @@ def test_sensitivities_are_differences_of_solutions(tie: dict[str, Any]) -> None
 
 def test_speed_is_followed_as_a_parameter() -> None:
     problem = rubbed(bearing_rotor())
-    branch = ss.parameter_response(problem, "speed", (0.0, 8.0), omega=6.0, requested=[5.0])
+    branch = ss.parameter_response(problem, "speed", (0.0, 8.0), omega=6.0, at=[5.0])
     assert branch.dataset.newton_iterations.values.mean() < 4
     exact = ss.steady_response(rubbed(bearing_rotor(speed=5.0)), omega=6.0).dataset.amplitude.values[0]
     assert branch.dataset.amplitude.values[branch.at(5.0)] == pytest.approx(exact, rel=1e-6)

@@ -111,7 +111,7 @@ def integrated_multipliers(branch, point):
 @pytest.mark.verify
 def test_two_masses_and_a_stop_as_in_nlvib() -> None:
     """Stable at 0.70 and unstable between the folds at 0.75; doublings where the motion in time has them."""
-    branch = ss.forced_response(two_masses(), omega=(0.8, 0.5), requested=[0.75, 0.70], stability=True)
+    branch = ss.forced_response(two_masses(), omega=(0.8, 0.5), at=[0.75, 0.70], stability=True)
     data = branch.dataset
     where, size = data.omega.values, data.amplitude.sel(dof="b").values
     middle = np.flatnonzero((where == 0.75) & (size > 0.5) & (size < 1.3))[0]

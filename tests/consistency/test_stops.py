@@ -51,9 +51,9 @@ def test_it_is_the_one_with_a_direction_that_nothing_moves() -> None:
     beside = ss.ContactPair(
         name="stop", contact=ss.FrictionContact(kt=0.0, mu=0.0, kn=KN, gap=GAP), tangential="beside", normal="x"
     )
-    a = ss.forced_response(oscillator(stop()), omega=(0.5, 3.0), requested=[0.9, 1.7])
+    a = ss.forced_response(oscillator(stop()), omega=(0.5, 3.0), at=[0.9, 1.7])
     with pytest.warns(ss.SlipstickWarning, match="kt = 0"):
-        b = ss.forced_response(oscillator(beside, dofs=("x", "beside")), omega=(0.5, 3.0), requested=[0.9, 1.7])
+        b = ss.forced_response(oscillator(beside, dofs=("x", "beside")), omega=(0.5, 3.0), at=[0.9, 1.7])
     for omega in (0.9, 1.7):
         X, Y = (c.dataset.displacement.values[c.at(omega), 0] for c in (a, b))
         np.testing.assert_allclose(X, Y, rtol=0.0, atol=1e-12 * np.abs(X).max())

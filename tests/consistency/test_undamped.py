@@ -41,7 +41,7 @@ def test_the_limit_of_light_damping():
     at = (5.0, 6.3, NATURAL, 6.4, 8.0)
     amplitudes = []
     for C in (0.0, 1e-5):
-        branch = ss.forced_response(oscillator(load=100.0, velocity=100.0, C=C), omega=(4.0, 9.0), requested=at)
+        branch = ss.forced_response(oscillator(load=100.0, velocity=100.0, C=C), omega=(4.0, 9.0), at=at)
         assert branch.outcome.ok
         amplitudes.append([float(branch.dataset.amplitude[branch.at(w), 0]) for w in at])
     np.testing.assert_allclose(amplitudes[0], amplitudes[1], rtol=1e-5)

@@ -128,4 +128,4 @@ def worn() -> ss.Branch:
     made = branch()
     assert made.problem is not None
     omega = float(made.dataset.omega[3])
-    return ss.wear(made.problem, {"c1": 1e-3, "c2": 2e-3}, cycles=(0, 20), omega=omega, requested=[5.0, 12.0])
+    return ss.wear(made.problem, {"c1": 1e-3, "c2": 2e-3}, cycles=(0, 20), omega=omega, at=[5.0, 12.0])

@@ -253,7 +253,7 @@ VERBS: list[Row] = [
     ("a mode of periodic rubbing", *also("[modes]\nfrom = 0.1\nto = 1.0\n"), "modes", ("cannot be computed of this case", "'damper': its opposing surface moves periodically")),
     ("a mode that is not there", ', cos = { "1" = 0.5 } }\n[response]\n' + RANGE, " }\n[response]\n" + RANGE + "[modes]\nfrom = 0.1\nto = 1.0\nmode = 9\n", "modes.mode", ("found 9; expected a mode of the structure, from 1 to 2",)),
     ("a negative amplitude of a mode", ', cos = { "1" = 0.5 } }\n[response]\n' + RANGE, " }\n[response]\n" + RANGE + "[modes]\nfrom = -0.1\nto = 1.0\n", "modes.from", ("found -0.1; expected a number > 0",)),
-    ("self-excited vibration under a load", *also(TRACK.replace("track", "cycles")), "cycles", ("it excites at harmonic 1 (expected harmonic 0 alone)", "leave [cycles] out")),
+    ("self-excited vibration under a load", *also(TRACK.replace("track", "limit_cycles")), "limit_cycles", ("it excites at harmonic 1 (expected harmonic 0 alone)", "leave [limit_cycles] out")),
 ]
 WARNED: list[Row] = [
     ("a load forgotten", LOAD + CONTACT, CONTACT.replace(', cos = { "1" = 0.5 }', ""), "", ("nothing varies in time", "was a load forgotten?")),

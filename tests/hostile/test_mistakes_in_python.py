@@ -116,6 +116,17 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
     ),
     # problems
     "contacts nested": (lambda: problem(contacts=[[PAIR]]), ss.InputError, ("contacts, number 1", "ss.ContactPair")),
+    "a load as the factor on all": (
+        lambda: problem(load=LOAD), ss.InputError,
+        ("load: found Load(dof='x'", "a number, the factor on all loads; give loads as loads="),
+    ),
+    "loads as the factor on all": (lambda: problem(load=[LOAD]), ss.InputError, ("load: found [Load(", "as loads=")),
+    "the factor as loads": (
+        lambda: problem(loads=1.5), ss.InputError,
+        ("loads: found 1.5; expected an ss.Load", "give a factor on all loads as load="),
+    ),
+    "the factor among loads": (lambda: problem(loads=[LOAD, 2]), ss.InputError, ("loads, number 2", "as load=")),
+    "a text as the factor": (lambda: problem(load="2"), ss.InputError, ("expected a number, the factor on all",)),
     "loads nested": (lambda: problem(loads=[[LOAD]]), ss.InputError, ("loads, number 1", "ss.Load")),
     "contact before structure": (lambda: ss.Problem(PAIR, contacts=PAIR), ss.InputError, ("structure: found Cont",)),
     "loads for contacts": (lambda: problem(contacts=LOAD), ss.InputError, ("contacts: found Load(", "ss.ContactPair")),
@@ -153,7 +164,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
     "empty range": (lambda: forced(omega=(15.0, 15.0)), ss.InputError, ("15 to 15, which is empty",)),
     "range from 0": (lambda: forced(omega=(0.0, 15.0)), ss.InputError, ("0 to 15", "> 0 in rad/s")),
     "one frequency": (lambda: forced(omega=5.0), ss.InputError, ("found 5.0", "two frequencies such as (2.0, 15.0)")),
-    "all frequencies": (lambda: forced(omega=np.linspace(2, 15, 50)), ss.InputError, ("50 values", "requested=")),
+    "all frequencies": (lambda: forced(omega=np.linspace(2, 15, 50)), ss.InputError, ("50 values", "at=")),
     "unit misspelt": (lambda: forced(omega=("1 Hz", "2 herz")), ss.InputError, ("found '2 herz'", '"0.32 Hz"')),
     "text without unit": (lambda: forced(omega=("1", "2")), ss.InputError, ("found '1'", "unit")),
     "Hz where time is in ms": (
@@ -161,8 +172,8 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
         ss.InputError, ("'1 Hz', which counts in seconds", '"ms"', "rad/ms"),
     ),
     "option misspelt": (lambda: forced(options={"maxstep": 0.1}), ss.InputError, ("did you mean 'max_step'?",)),
-    "requested outside": (lambda: forced(requested=8.0), ss.InputError, ("8 lies outside of the range 5 to 7",)),
-    "requested with a wrong unit": (lambda: forced(requested=["1 m"]), ss.InputError, ("number 1: found '1 m'",)),
+    "point outside": (lambda: forced(at=8.0), ss.InputError, ("8 lies outside of the range 5 to 7",)),
+    "point with a wrong unit": (lambda: forced(at=["1 m"]), ss.InputError, ("number 1: found '1 m'",)),
     "guess of a wrong length": (lambda: forced(guess=np.zeros(3)), ss.InputError, ("shape (3,)", "(1, 11)")),
     "peaks of an unknown dof": (lambda: forced(peaks_of="y"), ss.InputError, ("'y' is not among the outputs",)),
     "structure for a problem": (lambda: forced(problem=STRUCTURE), ss.InputError, ("an ss.Problem",)),
@@ -267,10 +278,10 @@ TAKEN: dict[str, Callable[[], tuple[Any, Any]]] = {
     "range in Hz": lambda: (curve(PLAIN, omega=HZ), curve(PLAIN)),
     "range in rpm": lambda: (curve(PLAIN, omega=list(RPM)), curve(PLAIN)),
     "range of an array": lambda: (curve(PLAIN, omega=np.array(RANGE)), curve(PLAIN)),
-    "downwards": lambda: (curve(PLAIN, omega=RANGE[::-1], requested=6.0)[-1], curve(PLAIN, requested=6.0)[0]),
-    "requested in Hz": lambda: (
-        forced(requested="1 Hz", options=None).dataset.omega.values,
-        forced(requested=2 * np.pi, options=None).dataset.omega.values,
+    "downwards": lambda: (curve(PLAIN, omega=RANGE[::-1], at=6.0)[-1], curve(PLAIN, at=6.0)[0]),
+    "points in Hz": lambda: (
+        forced(at="1 Hz", options=None).dataset.omega.values,
+        forced(at=2 * np.pi, options=None).dataset.omega.values,
     ),
     "linear response in Hz": lambda: (
         ss.linear_response(PLAIN, omega=list(HZ)).dataset.amplitude,

@@ -82,7 +82,7 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
     "[track] is missing": (("track", "case.toml"), ("case.toml: [track] is missing", "parameter")),
     "[optimal] is missing": (("optimal", "case.toml"), ("case.toml: [optimal] is missing",)),
     "[modes] is missing": (("modes", "case.toml"), ("case.toml: [modes] is missing",)),
-    "[cycles] is missing": (("cycles", "case.toml"), ("case.toml: [cycles] is missing",)),
+    "[limit_cycles] is missing": (("limit-cycles", "case.toml"), ("case.toml: [limit_cycles] is missing",)),
     # resume
     "resume of nothing": (("resume", "nowhere"), ("nowhere: there is no such folder", "slipstick study")),
     "resume of an empty folder": (("resume", "empty"), ("empty: there is no run or study in it",)),

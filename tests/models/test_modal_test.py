@@ -55,7 +55,7 @@ def test_friction_curves_of_the_measured_structure():
     assert fit.error < 0.003
     assert fit.reciprocity < 0.005
     omega = np.linspace(3.0, 10.0, 40)
-    exact, found = (ss.forced_response(damped(s), omega=(2.5, 10.5), requested=omega) for s in (known(), fit.structure))
+    exact, found = (ss.forced_response(damped(s), omega=(2.5, 10.5), at=omega) for s in (known(), fit.structure))
     a, b = (branch.dataset.isel(point=branch.dataset.kind.values == "requested").amplitude for branch in (exact, found))
     assert 0.0 < float(exact.dataset.stick_fraction.min()) < 1.0
     assert np.abs(b.values / a.values - 1.0).max() < 0.01

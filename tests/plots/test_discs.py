@@ -48,7 +48,7 @@ def test_blades_over_the_frequency() -> None:
         np.testing.assert_array_equal(ax.lines[s].get_ydata(), amplitude[:, s])
     np.testing.assert_array_equal(ax.lines[0].get_xdata(), disc.dataset.omega)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert f"blade {worst}, the largest" in texts
+    assert f"blade {worst} (of 0 to 5), the largest" in texts
     assert texts.count("others") == 1
     (line,) = wave.plot.blades("tip", frequency="Hz").lines
     np.testing.assert_array_equal(line.get_ydata(), wave.on_disc("tip").to_numpy()[:, 0])

@@ -27,7 +27,7 @@ PLACES = [2.5, 3.0, 3.7, 4.2, 5.0, 6.0, 8.0, 10.0]
 
 
 def branch(velocity: float, orders: list[int]) -> Branch:
-    return ss.forced_response(oscillator(velocity=velocity, harmonics=orders), omega=RANGE, requested=PLACES)
+    return ss.forced_response(oscillator(velocity=velocity, harmonics=orders), omega=RANGE, at=PLACES)
 
 
 def missing(found: Branch, full: Branch) -> tuple[Array, Array]:

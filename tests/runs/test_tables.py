@@ -56,7 +56,7 @@ def time_up() -> None:
 
 def run(folder: Path, table: str, listener: RunListener | None = None) -> CaseRun:
     path = folder.parent / "case.toml"
-    path.write_text(BRAKE if table == "cycles" else CASE + TABLES[table])
+    path.write_text(BRAKE if table == "limit_cycles" else CASE + TABLES[table])
     case = Case.from_file(path)
     made = CaseRun(case, OutputFolder(folder, case_path=case.path, case_text=case.text), table=table)
     made.compute(listener)
@@ -74,7 +74,7 @@ def same(one: ss.Branch, other: ss.Branch) -> None:
     assert {n: one.dataset.attrs.get(n) for n in work} == {n: other.dataset.attrs.get(n) for n in work}
 
 
-@pytest.fixture(scope="module", params=[*TABLES, "cycles"])
+@pytest.fixture(scope="module", params=[*TABLES, "limit_cycles"])
 def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ss.Branch]:
     table: str = request.param
     folder = tmp_path_factory.mktemp(table) / "whole"
@@ -93,7 +93,9 @@ def test_a_killed_run_goes_on_to_the_same_points(whole: tuple[str, ss.Branch], c
             os._exit(1)
     assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
     assert len(read_journal(journal_of(tmp_path / "killed" / "results.nc"))) == count
-    assert ss.load(tmp_path / "killed" / "results.nc").dataset.attrs["analysis"] == table
+    assert ss.load(tmp_path / "killed" / "results.nc").dataset.attrs["analysis"] == {"limit_cycles": "cycles"}.get(
+        table, table
+    )
     again = ss.resume(tmp_path / "killed")
     assert isinstance(again, ss.Branch)
     same(again, expected)
@@ -109,7 +111,7 @@ def test_a_run_whose_time_is_up_is_resumed_by_the_command(whole: tuple[str, ss.B
     assert answer[{"modes": "peaks", "optimal": "kind"}.get(table, "marked")]
     same(ss.load(tmp_path / "out" / "results.nc"), expected)
     files = {path.name for path in (tmp_path / "out").iterdir()}
-    drawn = {"modes": ("backbone", "damping"), "cycles": ("response", "stability")}.get(table, ("response",))
+    drawn = {"modes": ("backbone", "damping"), "limit_cycles": ("response", "stability")}.get(table, ("response",))
     assert files == {"case.toml", "results.nc", "report.html", *(f"{name}.png" for name in drawn)}
     assert "is complete" in slipstick("resume", tmp_path / "out").output
 

@@ -99,7 +99,7 @@ def test_derivatives_of_the_fast_state(seed):
 
 def test_curve_of_the_fast_state_is_a_fixed_point():
     """Every point is what a plain problem with that friction coefficient gives, and the power explains it."""
-    branch = ss.forced_response(polished(), omega=(7.0, 9.0), requested=[8.0])
+    branch = ss.forced_response(polished(), omega=(7.0, 9.0), at=[8.0])
     assert branch.outcome is ss.Outcome.COMPLETED
     d = branch.dataset
     z, power = d["polish"].to_numpy(), d["dissipated_power"].to_numpy()

@@ -40,7 +40,7 @@ def test_a_wave_is_the_response_of_the_whole_ring(
     at, d = 7.9, [f"{name}@0" for name in DOFS]
     curve: dict[str, Any] = {
         "omega": (7.8, 8.0),
-        "requested": [at],
+        "at": [at],
         "options": {"newton": NewtonOptions(tolerance=1e-12)},
     }
     wave = ss.forced_response(wave_problem(*case), **curve).dataset

@@ -118,7 +118,7 @@ def floating(load: ss.Load | None = None, **ports: Any) -> ss.Problem:
 
 
 def test_a_floating_chain_with_a_damper_against_time_integration() -> None:
-    branch = ss.forced_response(floating(), omega=(1.3, 1.9), requested=[1.5])
+    branch = ss.forced_response(floating(), omega=(1.3, 1.9), at=[1.5])
     assert branch.outcome is ss.Outcome.COMPLETED
     assert branch.dataset.newton_iterations.values.mean() < 5
     at = branch.at(1.5)

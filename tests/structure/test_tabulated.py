@@ -64,8 +64,7 @@ def test_friction_curves_of_the_table(top, noise, beyond, within):
     """0.1 % noise: curves with friction come back to 1 %; to 2 % where harmonics 3 and 5 lie beyond the table."""
     omega = np.linspace(3.0, 10.0, 40)
     exact, found = (
-        ss.forced_response(damped(s), omega=(2.5, 10.5), requested=omega)
-        for s in (known(), tabulated(top, noise, beyond))
+        ss.forced_response(damped(s), omega=(2.5, 10.5), at=omega) for s in (known(), tabulated(top, noise, beyond))
     )
     a, b = (branch.dataset.isel(point=branch.dataset.kind.values == "requested").amplitude for branch in (exact, found))
     assert 0.0 < float(exact.dataset.stick_fraction.min()) < 1.0

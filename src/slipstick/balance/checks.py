@@ -240,7 +240,7 @@ def two_numbers(value: Any, name: str, expected: str = "two numbers, the first a
                 name,
                 found=f"{len(ends)} values",
                 expected=f"{expected}: the points between are chosen on the way",
-                remedy="give requested= for points at exact values",
+                remedy="give at= for points at exact values",
             )
         )
     if len(ends) != 2:
@@ -257,23 +257,23 @@ def two_frequencies(value: Any, units: Units | None = None) -> tuple[float, floa
     return two_numbers(value, name, expected)
 
 
-def requested_frequencies(requested: Any, units: Units | None = None) -> tuple[float, ...]:
+def requested_frequencies(at: Any, units: Units | None = None) -> tuple[float, ...]:
     """Frequencies at which points are wanted, rad/s, from numbers or texts; one alone is taken too."""
-    if isinstance(requested, str):
-        return (in_radians("requested", requested, units),)
-    if isinstance(requested, Real):
-        return requested_values(requested)
-    values = listed("requested", requested, "a frequency, or a list of them")
-    return requested_values([in_radians(("requested", i), value, units) for i, value in enumerate(values)])
+    if isinstance(at, str):
+        return (in_radians("at", at, units),)
+    if isinstance(at, Real):
+        return requested_values(at)
+    values = listed("at", at, "a frequency, or a list of them")
+    return requested_values([in_radians(("at", i), value, units) for i, value in enumerate(values)])
 
 
-def requested_values(requested: Any) -> tuple[float, ...]:
+def requested_values(at: Any) -> tuple[float, ...]:
     """Values at which points are wanted; one alone is taken too."""
     expected = "a finite number, or a list of them"
-    if isinstance(requested, Real):
-        return (number("requested", requested, expected),)
-    values = listed("requested", requested, expected)
-    return tuple(number(f"requested, number {i + 1}", value) for i, value in enumerate(values))
+    if isinstance(at, Real):
+        return (number("at", at, expected),)
+    values = listed("at", at, expected)
+    return tuple(number(("at", i), value) for i, value in enumerate(values))
 
 
 def range_faults(start: float, stop: float, *, name: str = "frequency range", positive: bool = True) -> list[Fault]:
@@ -307,7 +307,7 @@ def requested_faults(requested: Sequence[float], start: float, stop: float) -> l
     low, high = min(start, stop), max(start, stop)
     return [
         Fault(
-            "requested",
+            "at",
             f"{value:g} lies outside of the range {low:g} to {high:g}",
             remedy="widen the range or leave it out",
         )

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 
-FACTORS = ("load", "friction")
-"""Factors on all loads and on all friction coefficients."""
+FACTORS = {"load": "all loads", "friction": "all friction coefficients"}
+"""Factors of a problem, and what each is a factor on."""
 
 ALL = "*"
 """Stands for all contacts in names of parameters."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from numbers import Real as Number
 from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
@@ -352,7 +353,9 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
         "title": checks.take(text, "title", problem.title),
         "units": checks.take(_units, problem),
     }
-    values |= {factor: checks.take(number, factor, getattr(problem, factor)) for factor in FACTORS}
+    for factor, on in FACTORS.items():
+        values[factor] = checks.take(number, factor, getattr(problem, factor), f"a number, the factor on {on}")
+    checks.faults[:] = [_not_exchanged(problem, fault) for fault in checks.faults]
     if problem.outputs is not None:
         values["outputs"] = checks.take(names, "outputs", problem.outputs)
     if problem.thermal is not None:
@@ -367,6 +370,19 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
             mixed = getattr(problem, name)
             values[name] = tuple(x for x in mixed if isinstance(x, kind)) if isinstance(mixed, list | tuple) else ()
     return {name: value for name, value in values.items() if value is not None}, checks.faults
+
+
+def _not_exchanged(problem: Problem, fault: Fault) -> Fault:
+    """The same fault, with what to do where the loads were given as the factor on them, or that as the loads."""
+    for name, kind, remedy in (
+        ("load", Load, "give loads as loads="),
+        ("loads", Number, "give a factor on all loads as load="),
+    ):
+        value = getattr(problem, name)
+        items = value if isinstance(value, list | tuple) else (value,)
+        if fault.where[:1] == (name,) and any(isinstance(item, kind) for item in items):
+            return replace(fault, remedy=remedy)
+    return fault
 
 
 def _units(problem: Problem) -> Units:

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.case import RENAMED
 from slipstick.case.contact import build_contacts, in_block
 from slipstick.case.cross_checks import (
     heating_faults,
@@ -244,7 +245,7 @@ class Case:
             raise wrong("tell", tell, "a function of a text")
         raw = parse(text, path.name)
         section = raw.pop("study", None)
-        further, faults = take_requests(raw)
+        requests, faults = take_requests(raw)
         reading = None
         try:
             reading = read_case(raw, path.resolve().parent, tell)
@@ -252,7 +253,7 @@ class Case:
             faults = [*error.faults, *faults]
         if reading is not None and not faults:
             swept = reading.response.parameter is not None
-            faults = list(request_faults(reading.problem, further, swept=swept))
+            faults = list(request_faults(reading.problem, requests, swept=swept))
             if not swept:
                 ends = [swept_value(end, False) for end in (reading.response.start, reading.response.stop)]
                 faults += reached_faults(reading.problem, ends)
@@ -267,6 +268,7 @@ class Case:
             plan = None if section is None else study_plan(section, reading.problem)
         except InputError as error:
             raise InputError(error.faults, in_case) from None
+        renamed = [f"[{name}] is now called [{RENAMED[name]}]" for name in requests if name in RENAMED]
         case = cls(
             path=path,
             text=text,
@@ -278,8 +280,8 @@ class Case:
             response=reading.response,
             frequency_unit=reading.frequency_unit,
             plan=plan,
-            further=further,
-            noticed=(*reading.body.warnings, *reading.warnings),
+            further={RENAMED.get(name, name): table for name, table in requests.items()},
+            noticed=(*reading.body.warnings, *reading.warnings, *renamed),
         )
         if plan is not None and plan.tuned is not None:
             try:
@@ -395,7 +397,7 @@ class Case:
     @property
     def _steady(self) -> bool:
         """Whether steady sliding is of interest by itself."""
-        return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
+        return "limit_cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
     def curve(self, *, listeners: Iterable[EventFunction] = ()) -> CurveRequest:
         """The curve of ``[response]``, to be followed."""
@@ -411,7 +413,7 @@ class Case:
         """The analysis of the table of that name, or of ``[response]`` without a name."""
         if not table:
             return self.curve()
-        request: Request = self.further[table].request(self)
+        request: Request = self.further[RENAMED.get(table, table)].request(self)
         return request
 
     def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:

@@ -1,5 +1,5 @@
-"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``, ``[wear]``, ``[run_up]``,
-``[identify]``.
+"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[limit_cycles]``, ``[wear]``,
+``[run_up]``, ``[identify]``.
 
 Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
 """
@@ -93,14 +93,16 @@ class TrackTable(RequestTable):
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
     start: float = Field(alias="from", description="a number")
     stop: float = Field(alias="to", description="a number")
-    dof: str | None = Field(default=None, description="the name of an output")
     omega: Frequencies | None = Field(default=None, description=_OMEGA)
     at: list[float] = Field(default=[], description="a list of values that become exact points")
+    dof: str | None = Field(default=None, description="the name of an output")
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, points, range of frequencies, dof."""
+        from slipstick.balance.checks import requested_faults
+
         yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
-        yield from _at_faults(self)
+        yield from requested_faults(self.at, self.start, self.stop)
         yield from _omega_faults(self.omega, swept)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
@@ -110,7 +112,7 @@ class TrackTable(RequestTable):
         from slipstick.analysis.peaks.tracking import tracked_peak
 
         omega = case.span if self.omega is None else self.omega
-        return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.dof, self.at, None)
+        return tracked_peak(case.problem(), self.parameter, (self.start, self.stop), omega, self.at, self.dof, None)
 
     def description(self, case: Case) -> str:
         """The peak and its parameter."""
@@ -151,9 +153,9 @@ class OptimalTable(RequestTable):
     nothing: ClassVar[Mapping[str, Any]] = {"value": np.nan, "omega": np.nan, "amplitude": np.nan, "kind": ""}
 
     parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
-    start: float | None = Field(default=None, description="a number, the value to begin at")
-    dof: str | None = Field(default=None, description="the name of an output")
     omega: Frequencies | None = Field(default=None, description=_OMEGA)
+    dof: str | None = Field(default=None, description="the name of an output")
+    start: float | None = Field(default=None, description="a number, the value to begin at")
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, range of frequencies, dof."""
@@ -260,8 +262,8 @@ class ModesTable(RequestTable):
         return {"backbone": lambda: plots.backbone(branch), "damping": lambda: plots.damping(branch)}
 
 
-class CyclesTable(RequestTable):
-    """``[cycles]``: self-excited vibration over a parameter."""
+class LimitCyclesTable(RequestTable):
+    """``[limit_cycles]``: self-excited vibration over a parameter."""
 
     verb: ClassVar[str] = "limit_cycles"
     onward: ClassVar[str] = "steady sliding over the range"
@@ -269,8 +271,8 @@ class CyclesTable(RequestTable):
     parameter: str = Field(description='the name of a parameter such as "pad.mu"')
     start: float = Field(alias="from", description="a number, where steady sliding is stable")
     stop: float = Field(alias="to", description="a number")
-    dof: str | None = Field(default=None, description="the name of an output")
     at: list[float] = Field(default=[], description="a list of values that become exact points")
+    dof: str | None = Field(default=None, description="the name of an output")
 
     @classmethod
     def impossible(cls, problem: Problem) -> list[Fault]:
@@ -281,8 +283,10 @@ class CyclesTable(RequestTable):
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
         """Parameter, points, dof, range."""
+        from slipstick.balance.checks import requested_faults
+
         yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
-        yield from _at_faults(self)
+        yield from requested_faults(self.at, self.start, self.stop)
         yield from _dof_faults(problem, self.dof)
         yield from _range_faults(self.start, self.stop)
 
@@ -359,10 +363,10 @@ class WearTable(RequestTable):
     start: NotNegative = Field(default=0.0, alias="from", description="a number >= 0 of cycles")
     stop: Positive = Field(alias="to", description="a number > 0 of cycles")
     omega: FrequencyOrPeak = Field(description='a frequency such as 9.0 or "50 Hz", or "peak"')
+    at: list[float] = Field(default=[], description="a list of numbers of cycles that become exact points")
     range: Frequencies | None = Field(default=None, description='of "peak": ' + _OMEGA)
     dof: str | None = Field(default=None, description='of "peak": the name of an output')
     depth: ByContact = Field(default=None, description="a depth > 0, or depths by name of contact")
-    at: list[float] = Field(default=[], description="a list of numbers of cycles that become exact points")
     method: Literal["auto", "explicit", "implicit"] = Field(
         default="auto", description='one of "auto", "explicit", "implicit"'
     )
@@ -397,7 +401,7 @@ class WearTable(RequestTable):
 
         peak = {"range": self.range or case.omega, "dof": self.dof} if self.omega == "peak" else {}
         return wear_request(
-            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, depth=self.depth, requested=self.at,
+            case.problem(), self.kappa, (self.start, self.stop), omega=self.omega, at=self.at, depth=self.depth,
             method=self.method, tolerance=self.tolerance, max_change=self.max_change, **peak,
         )  # fmt: skip
 
@@ -533,12 +537,6 @@ def _parameter_faults(problem: Problem, name: str, *values: float | None, key: s
                 problem.at_parameter(name, value)
     except InputError as error:
         yield from (fault.inside(key) for fault in error.faults)
-
-
-def _at_faults(table: TrackTable | CyclesTable) -> Iterator[Fault]:
-    from slipstick.balance.checks import requested_faults
-
-    yield from (replace(fault, where=("at",)) for fault in requested_faults(table.at, table.start, table.stop))
 
 
 def _omega_faults(omega: tuple[float, float] | None, swept: bool) -> Iterator[Fault]:

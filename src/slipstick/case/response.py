@@ -218,7 +218,7 @@ def response_script(raw: RawTable) -> str:
     """The call that follows the same."""
     table = ResponseTable.model_validate(raw)
     ends = [quantity_text(raw[key]) for key in ("from", "to")]
-    named: dict[str, Any] = {"requested": Code(_requested(table.at, ends))} if table.at else {}
+    named: dict[str, Any] = {"at": Code(_requested(table.at, ends))} if table.at else {}
     named |= table.given("peaks_of", "stability", "follow")
     named |= {"options": options} if (options := table.given(*STEP_KEYS)) else {}
     problem, span = Code("problem()"), Code(f"({', '.join(ends)})")

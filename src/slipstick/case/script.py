@@ -8,6 +8,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+from slipstick.case import RENAMED
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
 from slipstick.case.load import LoadTable
@@ -61,8 +62,9 @@ def python_script(text: str, name: str, folder: Path) -> str:
         f"# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n"
     ]  # fmt: skip
     notes += [
-        f"# The case has [{section}] too: see ss.{table.verb}, which takes problem() and what stands there.\n"
-        for section, table in REQUESTS.items()
+        f"# The case has [{section}] too: see ss.{REQUESTS[RENAMED.get(section, section)].verb}, which takes problem() "
+        "and what stands there.\n"
+        for section in (*REQUESTS, *RENAMED)
         if raw.pop(section, None) is not None
     ]
     made, followed = textwrap.indent(_problem(raw, folder), "    "), response_script(raw["response"])

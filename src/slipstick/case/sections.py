@@ -2,7 +2,7 @@
 
 A new kind of structure is a class of its keys in a file such as ``matrices.py``, and its name in :data:`STRUCTURES`.
 A new table that a verb of its own computes is a class such as those in ``requests.py``, and its name in
-:data:`REQUESTS`.
+:data:`REQUESTS`. A table of another name is one there and, by its old name, in :data:`slipstick.case.RENAMED`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slipstick.case import RENAMED
 from slipstick.case.beam_rotor import ROTOR
 from slipstick.case.contact import contact_table
 from slipstick.case.disc import DISC, DISC_FE
@@ -21,8 +22,8 @@ from slipstick.case.load import LoadTable
 from slipstick.case.matrices import FREE, MATRICES, MODAL, MODEL
 from slipstick.case.measured import MEASURED
 from slipstick.case.requests import (
-    CyclesTable,
     IdentifyTable,
+    LimitCyclesTable,
     ModesTable,
     OptimalTable,
     RequestTable,
@@ -46,8 +47,8 @@ STRUCTURES: Mapping[str, StructureKind] = {
 """Kinds of ``[structure]``."""
 
 REQUESTS: Mapping[str, type[RequestTable]] = {
-    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable,
-    "wear": WearTable, "run_up": RunUpTable, "identify": IdentifyTable,
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable,
+    "limit_cycles": LimitCyclesTable, "wear": WearTable, "run_up": RunUpTable, "identify": IdentifyTable,
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 
@@ -89,7 +90,7 @@ def place(where: Where) -> str:
     if section and section[0] in REPEATED_SECTIONS:
         words = [f"[[{section[0]}]]", *(_which(name) for name in rest[:1])]
         rest = rest[1:]
-    elif section and section[0] in CASE_SECTIONS:
+    elif section and section[0] in (*CASE_SECTIONS, *RENAMED):
         words = [f"[{section[0]}]"]
     else:
         words, rest = [], where
@@ -232,13 +233,16 @@ def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Desc
 
 
 def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
-    """Take the tables of :data:`REQUESTS` out of a case; their right values, and every fault within one."""
+    """Take the tables of :data:`REQUESTS` out of a case: their right values by the names in it, and every fault."""
     requests: dict[str, RequestTable] = {}
     faults: list[Fault] = []
-    for name, model in REQUESTS.items():
+    for old, new in RENAMED.items():
+        if old in raw and new in raw:
+            faults.append(Fault(old, f"it is the old name of [{new}], and both are given", remedy=f"leave [{old}] out"))
+    for name in (*REQUESTS, *RENAMED):
         table = raw.pop(name, None)
         if isinstance(table, Mapping):
-            row, wrong = read_table(model, table, (name,))
+            row, wrong = read_table(REQUESTS[RENAMED.get(name, name)], table, (name,))
             requests[name] = row.table
             faults += wrong
         elif table is not None:

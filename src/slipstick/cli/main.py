@@ -12,8 +12,8 @@ from typing import Annotated
 import typer
 
 from slipstick.cli.terminal import guard
-from slipstick.cli.verb import app
-from slipstick.cli.verbs.requests import REQUESTS
+from slipstick.cli.verb import app, command_name
+from slipstick.cli.verbs.requests import OLD_NAMES, REQUESTS
 
 VERBS = {
     "Begin": ("init", "check", "import_"),
@@ -29,7 +29,10 @@ own name."""
 for _group, _names in VERBS.items():
     for _name in _names:
         _called = REQUESTS.get(_name) or getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name)
-        app.command(_name.rstrip("_").replace("_", "-"), rich_help_panel=_group)(_called)
+        app.command(command_name(_name), rich_help_panel=_group)(_called)
+
+for _name, _called in OLD_NAMES.items():
+    app.command(command_name(_name), hidden=True)(_called)
 
 
 def _version(wanted: bool) -> None:

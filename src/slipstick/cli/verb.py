@@ -85,6 +85,15 @@ _JSON = inspect.Parameter(
 )
 
 
+def command_name(name: str) -> str:
+    """The command of a function or of a table, as it is typed.
+
+    >>> command_name("limit_cycles"), command_name("import_")
+    ('limit-cycles', 'import')
+    """
+    return name.rstrip("_").replace("_", "-")
+
+
 def verb(function: Callable[..., int | None]) -> Callable[..., None]:
     """Make a function a verb: its docstring is the help, its parameters are arguments and options.
 

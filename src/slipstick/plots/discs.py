@@ -129,7 +129,8 @@ def blades(
         worst = int(np.argmax(amplitude.max(axis=0)))
         lines = [ax.plot(x, y, color=COLOURS[0], linestyle="-", linewidth=0.7, alpha=0.6)[0] for y in each]
         lines[0 if worst else -1].set_label("others")
-        lines[worst].set(color=COLOURS[1], linewidth=1.8, alpha=1.0, zorder=3, label=f"blade {worst}, the largest")
+        said = f"blade {worst} (of 0 to {found.sectors - 1}), the largest"
+        lines[worst].set(color=COLOURS[1], linewidth=1.8, alpha=1.0, zorder=3, label=said)
         if (amplitude.max(axis=1) > amplitude[:, worst]).any():
             ax.plot(x, largest, color=GREY, linewidth=1.0, linestyle=":", label="largest of all")
     legend(ax)

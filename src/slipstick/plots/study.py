@@ -390,11 +390,14 @@ def worst_disc(study: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     InputError
         If it is no such dataset, or no disc has an amplification.
     """
+    from matplotlib.ticker import MaxNLocator
+
     data = _study(study)
     _amplifications(data)
     one = worst_of(data)
     deviations, worst = deviations_of(one), str(one["worst"].item())
-    ax = styled(ax, "blade", "deviation of stiffness")
+    ax = styled(ax, f"blade (0 to {len(deviations) - 1})", "deviation of stiffness")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     bars = ax.bar(np.arange(len(deviations)), deviations, color=COLOURS[0], alpha=0.7)
     sector = worst.rpartition("@")[2]
     if sector.isdecimal() and int(sector) < len(deviations):

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipstick.balance.base_motion import MOTION_UNITS
 from slipstick.balance.contact_words import direction_words, rubbing_words, shown_quantities
+from slipstick.balance.parameters import FACTORS
 from slipstick.html import MOST_SHOWN, some
 from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.matrices import MatrixStructure
@@ -113,9 +114,9 @@ def _model(problem: Problem, attributes: Mapping[str, Any]) -> Iterator[tuple[st
     yield "harmonics", f"{some(problem.harmonics.orders, 14)}; {unknowns} unknowns"
     if problem.period_ratio != (1, 1):
         yield "period of the load over that of the rub", "{}/{}".format(*problem.period_ratio)
-    for name, factor in (("loads", problem.load), ("friction coefficients", problem.friction)):
-        if factor != 1.0:
-            yield f"factor on all {name}", f"{factor:g}"
+    for name, on in FACTORS.items():
+        if (factor := getattr(problem, name)) != 1.0:
+            yield f"factor on {on}", f"{factor:g}"
 
 
 def _kind(structure: Structure) -> str:

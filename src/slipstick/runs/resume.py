@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.branch import Branch
+from slipstick.case import RENAMED
 from slipstick.case.case import Case
 from slipstick.case.source import read_text
 from slipstick.case.structure import Tell, silent
@@ -40,7 +41,7 @@ RUN_UP = "run_up"
 def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     """Go on with a run, a study or a run-up that was killed or interrupted: the command of that name.
 
-    A run is that of ``slipstick run``, ``track``, ``optimal``, ``modes``, ``cycles`` or ``wear``.
+    A run is that of ``slipstick run``, ``track``, ``optimal``, ``modes``, ``limit-cycles`` or ``wear``.
 
     Nothing is printed; figures and the report are the command's.
 
@@ -192,7 +193,8 @@ def begun_run(place: FolderOfRun, on_warning: Tell, tell: Tell = silent) -> Case
     for sentence in case_warnings:
         on_warning(sentence)
     analysis = analysis_of_journal(recorded.about)
-    run = CaseRun(case, place, case_warnings, table=analysis if analysis in case.further else "")
+    table = RENAMED.get(analysis, analysis)  # journals name limit cycles as their table was called at first
+    run = CaseRun(case, place, case_warnings, table=table if table in case.further else "")
     request = run.request
     try:
         run.begun = Begun(recorded, checkpoints_in(recorded, request))

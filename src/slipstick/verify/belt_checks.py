@@ -80,7 +80,7 @@ def cubic_cycles(load: float, slowest: float = 0.415, harmonics: int = 7) -> Sol
     problem = belt(law, CUBIC_DAMPING * load, harmonics)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)  # of cycles that stick so few harmonics know no stability
-        return limit_cycles(problem, "belt.velocity", (-0.445, -slowest), requested=[-0.42])
+        return limit_cycles(problem, "belt.velocity", (-0.445, -slowest), at=[-0.42])
 
 
 @cache
@@ -93,7 +93,7 @@ def exponential_cycles(harmonics: int = 7) -> Solutions:
     problem = belt(law, EXPONENTIAL_DAMPING, harmonics)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)
-        return limit_cycles(problem, "belt.velocity", (-1.85, -1.14), requested=[-V for V in COUNTED])
+        return limit_cycles(problem, "belt.velocity", (-1.85, -1.14), at=[-V for V in COUNTED])
 
 
 def onset(branch: Solutions) -> float:

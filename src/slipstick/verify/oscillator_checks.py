@@ -32,7 +32,7 @@ def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive:
         velocity=velocity, harmonics=harmonics, load=0.0 if drive else LOAD, cos={1: drive} if drive else None
     )
     solved = {"max_step": 1 / 120, "output_step": 1.0}
-    return forced_response(problem, omega=RANGE, requested=GRID if velocity == 10.0 else (), options=solved)
+    return forced_response(problem, omega=RANGE, at=GRID if velocity == 10.0 else (), options=solved)
 
 
 @cache

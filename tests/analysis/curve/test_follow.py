@@ -27,8 +27,8 @@ def test_points_satisfy_the_balance_and_end_at_the_end():
 def test_up_and_down_are_the_same_curve():
     problem = oscillator(velocity=10.0)
     wanted = [4.0, 5.5, 7.0]
-    up = ss.forced_response(problem, omega=(3.0, 8.0), requested=wanted).dataset
-    down = ss.forced_response(problem, omega=(8.0, 3.0), requested=wanted).dataset
+    up = ss.forced_response(problem, omega=(3.0, 8.0), at=wanted).dataset
+    down = ss.forced_response(problem, omega=(8.0, 3.0), at=wanted).dataset
     for value in wanted:
         a, b = (float(d["amplitude"][np.abs(d["omega"].to_numpy() - value).argmin(), 0]) for d in (up, down))
         assert a == pytest.approx(b, rel=1e-8)

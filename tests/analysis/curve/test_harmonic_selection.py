@@ -49,16 +49,14 @@ def blade_like(contacts: int = 6, highest: int = 9) -> ss.Problem:
 
 @cache
 def with_all(velocity: float) -> ss.Branch:
-    return ss.forced_response(oscillator(velocity), omega=(2.0, 15.0), requested=WANTED)
+    return ss.forced_response(oscillator(velocity), omega=(2.0, 15.0), at=WANTED)
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("velocity", [0.0, 10.0, 100.0])
 def test_the_curve_of_all_harmonics_within_the_accuracy(velocity: float, accuracy: float) -> None:
     whole = with_all(velocity)
-    found = ss.forced_response(
-        whole.problem, omega=(2.0, 15.0), requested=WANTED, options={"adapt_harmonics": accuracy}
-    )
+    found = ss.forced_response(whole.problem, omega=(2.0, 15.0), at=WANTED, options={"adapt_harmonics": accuracy})
     assert found.outcome.ok
     amplitudes = [b.dataset.amplitude.to_numpy()[[b.at(w) for w in WANTED], 0] for b in (whole, found)]
     assert np.max(np.abs(amplitudes[1] / amplitudes[0] - 1.0)) < accuracy
@@ -83,9 +81,9 @@ def test_coefficients_not_in_use_are_zero_and_forces_are_those_of_the_motion() -
 
 def test_several_contacts_need_fewer() -> None:
     problem = blade_like(highest=12)
-    whole = ss.forced_response(problem, omega=(2.0, 11.0), requested=(5.0, 7.0), options={"max_step": 0.05})
+    whole = ss.forced_response(problem, omega=(2.0, 11.0), at=(5.0, 7.0), options={"max_step": 0.05})
     options = {"max_step": 0.05, "adapt_harmonics": 5e-3}
-    found = ss.forced_response(problem, omega=(2.0, 11.0), requested=(5.0, 7.0), options=options)
+    found = ss.forced_response(problem, omega=(2.0, 11.0), at=(5.0, 7.0), options=options)
     for w in (5.0, 7.0):
         np.testing.assert_allclose(
             found.dataset.amplitude[found.at(w)], whole.dataset.amplitude[whole.at(w)],
@@ -101,13 +99,13 @@ def test_several_contacts_need_fewer() -> None:
 
 def test_along_a_parameter_and_through_velocity_zero() -> None:
     problem = oscillator(10.0)
-    given = {"requested": (-5.0, 1.0, 15.0)}
+    given = {"at": (-5.0, 1.0, 15.0)}
     whole = ss.parameter_response(problem, "damper.velocity", (-10.0, 20.0), omega=6.0, **given)
     found = ss.parameter_response(
         problem, "damper.velocity", (-10.0, 20.0), omega=6.0, options={"adapt_harmonics": 1e-3}, **given
     )
     assert found.outcome.ok
-    for value in given["requested"]:
+    for value in given["at"]:
         own, other = (b.dataset.displacement.to_numpy()[b.at(value), 0] for b in (found, whole))
         np.testing.assert_allclose(own, other, atol=1e-3 * np.abs(other).max())
     assert found.dataset["harmonics_in_use"].to_numpy().min() < 16

@@ -61,10 +61,10 @@ def test_without_contacts_there_is_nothing_to_follow():
 def test_every_argument_that_is_wrong_is_told_at_once() -> None:
     problem = oscillator(velocity=1.0)
     wrong = {
-        "requested": ["a"], "options": {"max_pts": 3, "max_points": 0}, "peaks_of": ["q"], "listeners": 3,
+        "at": ["a"], "options": {"max_pts": 3, "max_points": 0}, "peaks_of": ["q"], "listeners": 3,
     }  # fmt: skip
     common = (
-        "requested, number 1: found 'a'", "no option 'max_pts'", "options, max_points: found 0", "listeners: found 3",
+        "at, number 1: found 'a'", "no option 'max_pts'", "options, max_points: found 0", "listeners: found 3",
         "'q' is not among the outputs",
     )  # fmt: skip
     with pytest.raises(InputError) as told:

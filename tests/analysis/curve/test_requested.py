@@ -34,7 +34,7 @@ def test_no_request_is_lost_beside_a_corner_peak() -> None:
     asked = np.arange(0.5815, 0.5835, 5e-5).tolist()
     motions = []
     for ends in ((0.7, 0.5), (0.5, 0.8)):
-        branch = ss.forced_response(stop(), omega=ends, requested=asked)
+        branch = ss.forced_response(stop(), omega=ends, at=asked)
         data = branch.dataset
         there = data.kind.values == "requested"
         assert sorted(data.omega.values[there]) == asked
@@ -55,11 +55,11 @@ def unfound(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("unfound")
 def test_what_is_not_found_is_named() -> None:
     with pytest.warns(ss.SlipstickWarning, match=MISSED):
-        branch = ss.forced_response(oscillator(), omega=(3.0, 3.3), requested=[3.1, 3.3])
+        branch = ss.forced_response(oscillator(), omega=(3.0, 3.3), at=[3.1, 3.3])
     assert branch.outcome is ss.Outcome.COMPLETED
     assert "3.1 rad/s" in branch.warnings[0]
     with pytest.warns(ss.SlipstickWarning, match=r"^at 0.31 \(damper.mu\) a point was requested"):
-        ss.parameter_response(oscillator(), "damper.mu", (0.3, 0.35), omega=3.0, requested=0.31)
+        ss.parameter_response(oscillator(), "damper.mu", (0.3, 0.35), omega=3.0, at=0.31)
 
 
 @pytest.mark.usefixtures("unfound")

@@ -67,7 +67,7 @@ def test_published_peaks(velocity: float, a: float, p: float, wanted: tuple[floa
     (50, 5.8, -5.433751, 10.033222), (100, 6.1, -5.528718, 18.236659), (0, 10.8, 0.0, 3.339879),
 ])  # fmt: skip
 def test_exact_values_at_requested_frequencies(velocity: float, omega: float, mean: float, size: float) -> None:
-    branch = ss.forced_response(oscillator(velocity=velocity), omega=(2.0, 15.0), requested=[omega, 3.0])
+    branch = ss.forced_response(oscillator(velocity=velocity), omega=(2.0, 15.0), at=[omega, 3.0])
     point = branch.dataset.isel(point=branch.at(omega))
     assert float(point["omega"]) == omega
     assert str(point["kind"].values) == "requested"
@@ -83,7 +83,7 @@ def test_peaks_are_located_to_a_millionth(velocity: float) -> None:
         # a parabola through points solved on their own, wide enough that rounding of the amplitude does not show
         step = 1e-3 * omega
         around = omega + step * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-        fine = ss.forced_response(oscillator(velocity=velocity), omega=(around[0], around[-1]), requested=around[1:-1])
+        fine = ss.forced_response(oscillator(velocity=velocity), omega=(around[0], around[-1]), at=around[1:-1])
         at = [float(fine.dataset["amplitude"][fine.at(w), 0]) for w in around]
         quartic = np.polynomial.Polynomial.fit(around - omega, at, 4)
         roots = quartic.deriv().roots()
@@ -104,7 +104,7 @@ def test_friction_offset_and_its_lack() -> None:
 
 def test_just_below_the_threshold_there_is_one_stick_interval() -> None:
     at = np.sqrt(40.0)
-    branch = ss.forced_response(oscillator(velocity=249.9), omega=(6.0, 7.0), requested=[at])
+    branch = ss.forced_response(oscillator(velocity=249.9), omega=(6.0, 7.0), at=[at])
     (states,) = branch.contact_forces(branch.at(at)).states
     assert [name for *_, name in states].count("stick") == 1
 
@@ -143,7 +143,7 @@ def test_backwards_gives_the_same_peaks() -> None:
 def test_parameter_curves_meet_frequency_curves(name: str, span: tuple[float, float]) -> None:
     middle = 0.5 * (span[0] + span[1])
     problem = oscillator(velocity=10)
-    branch = ss.parameter_response(problem, name, span, omega=5.0, requested=[middle])
+    branch = ss.parameter_response(problem, name, span, omega=5.0, at=[middle])
     assert branch.outcome is ss.Outcome.COMPLETED
     across = ss.forced_response(problem.with_parameter(name, middle), omega=(4.9, 5.0))
     found = branch.dataset.isel(point=branch.at(middle))
@@ -205,7 +205,7 @@ def test_stopping_early_keeps_what_was_found() -> None:
 
 @pytest.mark.parametrize(
     "given, words",
-    [({"peaks_of": "y"}, "not among the outputs"), ({"omega": (5.0, 5.0)}, "empty"), ({"requested": [7.0]}, "outside")],
+    [({"peaks_of": "y"}, "not among the outputs"), ({"omega": (5.0, 5.0)}, "empty"), ({"at": [7.0]}, "outside")],
 )
 def test_bad_requests(given: dict[str, Any], words: str) -> None:
     with pytest.raises(ss.InputError, match=words):
@@ -216,13 +216,13 @@ def test_a_swept_velocity_is_at_each_frequency_the_constant_one() -> None:
     """The curve goes through the points of constant velocities, in time too, and its velocity is in the results."""
 
     swept = ss.forced_response(
-        rubbed(harmonics=8, velocity=1.0, velocity_per_omega=2.0), omega=(3.5, 6.0), requested=[4.0, 5.0]
+        rubbed(harmonics=8, velocity=1.0, velocity_per_omega=2.0), omega=(3.5, 6.0), at=[4.0, 5.0]
     )
     assert swept.outcome is ss.Outcome.COMPLETED
     omega = np.asarray(swept.dataset["omega"])
     np.testing.assert_allclose(swept.dataset["rubbing_velocity"].values[:, 0], 1.0 + 2.0 * omega, rtol=1e-14)
     for w in (4.0, 5.0):
-        constant = ss.forced_response(rubbed(harmonics=8, velocity=1.0 + 2.0 * w), omega=(w, w + 0.1), requested=[w])
+        constant = ss.forced_response(rubbed(harmonics=8, velocity=1.0 + 2.0 * w), omega=(w, w + 0.1), at=[w])
         for name in ("displacement", "dissipated_power", "stick_fraction"):
             found = swept.dataset[name].values[swept.at(w)]
             np.testing.assert_allclose(found, constant.dataset[name].values[constant.at(w)], rtol=1e-6, atol=1e-9)
@@ -236,7 +236,7 @@ def test_a_static_load_hides_no_error_of_the_vibration():
     data = ss.forced_response(moved, omega=(8.0, 12.0)).dataset
     between = np.flatnonzero(data.kind.values == "interpolated")
     assert between.size > 10
-    exact = ss.forced_response(oscillator(velocity=10.0), omega=(8.0, 12.0), requested=data.omega.values[between])
+    exact = ss.forced_response(oscillator(velocity=10.0), omega=(8.0, 12.0), at=data.omega.values[between])
     at = [exact.at(w) for w in data.omega.values[between]]
     wanted = exact.dataset.displacement.values[at, 0, 1:]
     off = np.linalg.norm(data.displacement.values[between, 0, 1:] - wanted, axis=1) / np.linalg.norm(wanted, axis=1)

@@ -72,7 +72,7 @@ def test_a_velocity_goes_on_beyond_the_jump_at_zero():
 def test_the_sides_of_the_jump_mirror_each_other():
     """v -> -v with the load half a period later turns the motion round: amplitudes are even, means odd in v."""
     branch = ss.parameter_response(
-        oscillator(velocity=10.0), "damper.velocity", (-10.0, 10.0), omega=6.0, requested=(-4.0, 4.0)
+        oscillator(velocity=10.0), "damper.velocity", (-10.0, 10.0), omega=6.0, at=(-4.0, 4.0)
     )
     d = branch.dataset
     at = [branch.at(v) for v in (-4.0, 4.0)]

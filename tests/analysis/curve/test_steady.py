@@ -28,7 +28,7 @@ def same(points, curve, values, name="displacement"):
 def test_points_over_frequency_are_those_of_the_curve(velocity):
     problem, values = oscillator(velocity=velocity), [9.5, 4.0, 6.1]
     points = ss.steady_response(problem, omega=values)
-    curve = ss.forced_response(problem, omega=(2.0, 15.0), requested=values)
+    curve = ss.forced_response(problem, omega=(2.0, 15.0), at=values)
     assert points.outcome.ok
     assert points.dataset.omega.values.tolist() == values
     assert points.dataset.kind.values.tolist() == ["requested"] * 3
@@ -52,7 +52,7 @@ def test_frequencies_are_texts_too():
 def test_points_over_a_parameter_are_those_of_the_curve():
     problem, values = oscillator(velocity=10.0), (20.0, 5.0)
     points = ss.steady_response(problem, "damper.velocity", values, omega=6.0)
-    curve = ss.parameter_response(problem, "damper.velocity", (1.0, 30.0), omega=6.0, requested=values)
+    curve = ss.parameter_response(problem, "damper.velocity", (1.0, 30.0), omega=6.0, at=values)
     assert points.followed == "parameter"
     assert points.dataset.parameter.values.tolist() == list(values)
     same(points, curve, values)
@@ -63,7 +63,7 @@ def test_points_over_a_parameter_are_those_of_the_curve():
 def test_stability_is_that_of_the_curve():
     problem = oscillator(velocity=10.0)
     points = ss.steady_response(problem, omega=[5.0, 8.0], stability=True)
-    curve = ss.forced_response(problem, omega=(4.0, 9.0), requested=[5.0, 8.0], stability=True)
+    curve = ss.forced_response(problem, omega=(4.0, 9.0), at=[5.0, 8.0], stability=True)
     for number, omega in enumerate((5.0, 8.0)):
         for name in ("stable", "multiplier_max"):
             wanted = curve.dataset[name].values[curve.at(omega)]
@@ -86,7 +86,7 @@ def test_the_guess_says_which_of_several_motions():
     omega = data.omega.values
     (folds,) = np.nonzero(data.kind.values == "turning point")
     value = float(omega[folds[:2]].mean())
-    curve = ss.forced_response(problem, omega=(4.0, 14.0), requested=value)
+    curve = ss.forced_response(problem, omega=(4.0, 14.0), at=value)
     at = np.flatnonzero((curve.dataset.omega.values == value) & (curve.dataset.kind.values == "requested"))
     assert at.size == 3
     amplitudes = curve.dataset.amplitude.values[at, 0]
@@ -128,7 +128,7 @@ def test_a_temperature_beyond_its_table_ends_that_point_alone():
 @MANY
 def test_a_branch_as_guess_brings_its_temperatures():
     problem = hot()
-    curve = ss.forced_response(problem, omega=(2.0, 4.0), requested=[3.0])
+    curve = ss.forced_response(problem, omega=(2.0, 4.0), at=[3.0])
     points = ss.steady_response(problem, omega=3.0, guess=curve)
     same(points, curve, [3.0])
     same(points, curve, [3.0], "temperature")
@@ -178,7 +178,7 @@ def test_a_followed_parameter_stays_as_it_is():
     branch = ss.parameter_response(oscillator(velocity=10.0), "damper.velocity", (1.0, 30.0), omega=6.0)
     point = middle(branch)
     value = float(branch.dataset.parameter[point])
-    wanted = ss.parameter_response(oscillator(), "damper.velocity", (1.0, 30.0), omega=6.0, requested=value)
+    wanted = ss.parameter_response(oscillator(), "damper.velocity", (1.0, 30.0), omega=6.0, at=value)
     exact = wanted.dataset.amplitude.values[wanted.at(value)]
     assert corrected(branch, point)["amplitude"] == pytest.approx(exact, rel=1e-8)
 

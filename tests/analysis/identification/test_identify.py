@@ -167,7 +167,7 @@ def test_the_upper_of_three_motions():
     stop = ss.ContactPair(name="stop", contact=ss.FrictionContact(kn=30.0, gap=2.0), normal="x")
     problem = ss.Problem(structure, contacts=stop, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
     omega = np.linspace(6.2, 7.4, 13)
-    curve = ss.forced_response(problem, omega=(5.5, 9.0), requested=omega).dataset
+    curve = ss.forced_response(problem, omega=(5.5, 9.0), at=omega).dataset
     at = [np.flatnonzero((curve.kind == "requested") & (np.abs(curve.omega - w) < 1e-9)) for w in omega]
     assert max(map(len, at)) == 3
     highest = [k[int(np.argmax(curve.amplitude.values[k, 0]))] for k in at]

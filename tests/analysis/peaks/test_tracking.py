@@ -20,7 +20,7 @@ def at(branch: ss.Branch, kind: str) -> list[tuple[float, float, float]]:
 def test_the_locus_over_the_normal_load():
     """Against peaks of whole curves; fewer factorisations than one of these takes evaluations."""
     problem = oscillator()
-    locus = ss.track_peak(problem, "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0), requested=(100.0, 400.0))
+    locus = ss.track_peak(problem, "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0), at=(100.0, 400.0))
     assert locus.outcome is ss.Outcome.COMPLETED
     ((load, omega, amplitude),) = at(locus, "optimum")
     assert (load, omega, amplitude) == (
@@ -106,9 +106,7 @@ def test_peaks_on_changes_of_state_are_bracketed():
     assert corners
     for v, omega, amplitude in corners[:2]:
         beside = [omega * (1.0 + step) for step in (-1e-4, -1e-5, 1e-5, 1e-4)]
-        curve = ss.forced_response(
-            problem.with_parameter("damper.velocity", v), omega=(4.2, 4.35), requested=[*beside, omega]
-        )
+        curve = ss.forced_response(problem.with_parameter("damper.velocity", v), omega=(4.2, 4.35), at=[*beside, omega])
         size = [float(curve.dataset.amplitude[curve.at(w), 0]) for w in (*beside, omega)]
         assert size[-1] == pytest.approx(amplitude, rel=1e-9)
         assert max(size[:-1]) < size[-1]
@@ -125,7 +123,7 @@ def test_a_locus_may_begin_at_a_corner():
 def test_requested_values_are_among_corners():
     """Steps from corner to corner do not lead past what is asked for."""
     asked = [9.36, 9.3712, 9.399]
-    locus = ss.track_peak(oscillator(velocity=9.4), "damper.velocity", (9.4, 9.35), omega=(3.0, 6.0), requested=asked)
+    locus = ss.track_peak(oscillator(velocity=9.4), "damper.velocity", (9.4, 9.35), omega=(3.0, 6.0), at=asked)
     assert locus.outcome is ss.Outcome.COMPLETED
     assert set(asked) <= set(locus.dataset.parameter.values.tolist())
     assert not [text for text in locus.warnings if "requested" in text]
@@ -177,7 +175,7 @@ def test_a_neighbouring_peak_is_not_gone_over_to_in_silence():
 def test_several_contacts_and_an_output_that_is_no_port():
     problem = random_problem(1)
     curve = ss.forced_response(problem, omega=(4.0, 12.0), peaks_of="d3")
-    locus = ss.track_peak(problem, "friction", (1.0, 2.0), omega=(4.0, 12.0), dof="d3", requested=(1.5,))
+    locus = ss.track_peak(problem, "friction", (1.0, 2.0), omega=(4.0, 12.0), dof="d3", at=(1.5,))
     d = locus.dataset.sel(dof="d3")
     highest = max(curve.peaks("d3"), key=lambda peak: peak[1])
     assert (float(d.omega[0]), float(d.amplitude[0])) == pytest.approx(highest, rel=1e-8)

@@ -9,7 +9,7 @@ from slipstick.analysis.self_excited.limit_cycles import SelfExcitedRun
 
 
 def test_parts_and_kinds():
-    data = ss.limit_cycles(brake(), "pad.mu", (0.4, 0.6), requested=0.55).dataset
+    data = ss.limit_cycles(brake(), "pad.mu", (0.4, 0.6), at=0.55).dataset
     part, kind = data.branch_part.values, data.kind.values
     assert list(part) == sorted(part)
     for k, first in ((1, ["start", "state change"]), (2, ["start"])):

@@ -20,7 +20,7 @@ _DIGIT = 5e-7
 
 @pytest.fixture(scope="module")
 def squeal():
-    return ss.limit_cycles(brake(), "pad.mu", (0.4, 0.8), requested=tuple(EXACT))
+    return ss.limit_cycles(brake(), "pad.mu", (0.4, 0.8), at=tuple(EXACT))
 
 
 @pytest.mark.parametrize("mu", EXACT)
@@ -77,7 +77,7 @@ def test_the_same_however_it_is_given(squeal):
             assert branch.outcome is ss.Outcome.COMPLETED
             assert "stable" in branch.message
             continue
-        other = at(ss.limit_cycles(problem, parameter, (0.3, 0.62), requested=0.6), 0.6)
+        other = at(ss.limit_cycles(problem, parameter, (0.3, 0.62), at=0.6), 0.6)
         assert other[0] == pytest.approx(omega, rel=1e-9)
         np.testing.assert_allclose(other[1], factor * amplitude, rtol=1e-8)
         assert other[2] == pytest.approx(multiplier, rel=1e-6)
@@ -86,7 +86,7 @@ def test_the_same_however_it_is_given(squeal):
 def test_over_another_parameter_and_backwards():
     """More damping from the stable side: the cycle at the other values is the same."""
     exact = EXACT[0.6]
-    branch = ss.limit_cycles(brake(mu=0.6, damping=0.5), "damping", (2.5, 0.9), requested=1.0)
+    branch = ss.limit_cycles(brake(mu=0.6, damping=0.5), "damping", (2.5, 0.9), at=1.0)
     hopf = branch.bifurcations()[-1]
     assert hopf.kind == "Hopf"
     # c^2 100 = 20 (24 - 20) at the Hopf point

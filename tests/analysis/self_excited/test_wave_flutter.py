@@ -96,7 +96,7 @@ def test_cycles_are_those_of_the_whole_ring(span, expected):
     orders, at = range(4), 0.5
     found = []
     for problem in (wave(orders), ring(orders)):
-        points = cycles(ss.limit_cycles(problem, "damping", span, requested=at, options={"max_step": 0.2}))
+        points = cycles(ss.limit_cycles(problem, "damping", span, at=at, options={"max_step": 0.2}))
         found.append(points.isel(point=np.flatnonzero(points.parameter.values == at)))
     own, whole = found
     np.testing.assert_allclose(own.omega.values, whole.omega.values, rtol=1e-10)
@@ -138,7 +138,7 @@ def test_the_nonlinear_mode_of_a_wave_is_the_line_of_its_forced_peaks() -> None:
     common = {"contacts": ss.ContactPair(name="shroud", contact=law, tangential={"tip": 1.0, "tip@next": -1.0}),
               "harmonics": [0, 1, 3]}  # fmt: skip
     taken = ss.CyclicStructure(**given, C=-M, damping=0.0).travelling_wave(1)
-    cycles = ss.limit_cycles(ss.Problem(taken, **common), "damping", (0.0, 4.0), requested=3.0)
+    cycles = ss.limit_cycles(ss.Problem(taken, **common), "damping", (0.0, 4.0), at=3.0)
     mode = cycles.dataset.isel(point=cycles.at(3.0))
     w, q = float(mode.omega), mode.displacement.sel(dof=["tip", "disc"], coefficient=["c1", "s1"]).values
     load = 3.0 * w * np.sum(M.diagonal()[:, None] * q**2) / np.hypot(*q[0])

@@ -41,7 +41,7 @@ def squeal() -> ss.Branch:
     )
     load = ss.Load(dof="y", harmonic=0, cos=50.0)
     problem = ss.Problem(structure, contacts=brake, loads=load, harmonics=range(8))
-    return ss.limit_cycles(problem, "brake.mu", (0.45, 0.6), requested=CYCLE)
+    return ss.limit_cycles(problem, "brake.mu", (0.45, 0.6), at=CYCLE)
 
 
 def system(damping: float) -> ss.Problem:

@@ -19,7 +19,7 @@ def test_a_band_holds_what_small_tolerances_do():
     for mu in (-1e-3, 1e-3):
         for load in (-1e-3, 1e-3):
             problem = own.problem.with_parameter("c0.mu", 0.3 * (1 + mu)).with_parameter("load", 1 + load)
-            other = ss.forced_response(problem, omega=(5.0, 8.0), requested=omega)
+            other = ss.forced_response(problem, omega=(5.0, 8.0), at=omega)
             size = np.array([float(other.dataset.amplitude.sel(dof="x0")[other.at(w)]) for w in omega])
             least, most = np.minimum(least, size), np.maximum(most, size)
     assert found.low[solved] == pytest.approx(least, rel=2e-5)

@@ -42,10 +42,13 @@ def test_a_branch_of_twice_the_period_joins_two_doublings() -> None:
 def test_over_frequency_it_is_followed_to_the_end_of_the_range() -> None:
     branch = ss.forced_response(stops(gap=-0.1, harmonics=7), omega=(2.45, 2.6), stability=True)
     (found,) = branch.bifurcations()
-    own = branch.subharmonic(found.point, options={"max_step": 0.1})
+    own = branch.subharmonic(found.point, options={"max_step": 0.1}, at=1.29)
     assert own.outcome.name == "COMPLETED"
+    assert own.dataset.kind.values[own.at(1.29)] == "requested"
     assert abs(2.0 * own.dataset.omega.values[0] - found.omega) < 1e-2
     assert 2.0 * own.dataset.omega.values[-1] == 2.6
+    with pytest.raises(TypeError, match="'stabilty'"):
+        branch.subharmonic(found.point, stabilty=False)
     check = own.check_in_time(len(own) // 2)
     assert check.converged, "integration in time finds it too"
     assert check.relative_difference < 1e-3
@@ -55,6 +58,11 @@ def test_elsewhere_there_is_none() -> None:
     branch = ss.forced_response(oscillator(10.0), omega=(4.0, 4.1), stability=True)
     with pytest.raises(ss.InputError, match=r"point 0 is a start point; branch\.bifurcations\(\) lists"):
         branch.subharmonic(0)
+    with (
+        pytest.warns(DeprecationWarning, match="^subharmonic: the argument 'requested' is now called 'at'"),
+        raises_fault(says="point 0 is a start point"),
+    ):
+        branch.subharmonic(0, requested=2.05)
     assert branch.subharmonics == ()
     with raises_fault("follow", found="'twice'", expected='"subharmonic" or None'):
         ss.forced_response(oscillator(10.0), omega=(4.0, 4.1), follow="twice")

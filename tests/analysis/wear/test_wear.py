@@ -50,7 +50,7 @@ def test_a_contact_that_moves_to_and_fro_wears_as_the_closed_form(method: str) -
     """``N = N_s / (1 + (N_s / N_0 - 1) exp(c n))``, ``c = 4 k_w kn a``: E = 4 mu N (a - mu N / kt)."""
     first, length = 0.7 * STUCK, 1000.0 if method == "implicit" else 5000.0
     branch = ss.wear(
-        prescribed(first), {"tip": K_W / MU}, (0, length), omega=1.0, requested=100.0, method=method, tolerance=1e-10,
+        prescribed(first), {"tip": K_W / MU}, (0, length), omega=1.0, at=100.0, method=method, tolerance=1e-10,
         max_change=1.0,
     )  # fmt: skip
     n = branch.dataset["cycles"].to_numpy()
@@ -247,7 +247,7 @@ def test_load_goes_over_to_the_contacts_that_stick() -> None:
     [
         ({"kappa": {"dumper": 1.0}}, "kappa"), ({"kappa": {"damper": -1.0}}, "kappa"), ({"kappa": 0.0}, "kappa"),
         ({"kappa": {"damper": [1.0, 2.0]}}, "kappa"), ({"cycles": (100, 0)}, "cycles"),
-        ({"requested": 900}, "requested"), ({"range": (2.0, 3.0)}, "range"), ({"dof": "x"}, "dof"),
+        ({"at": 900}, "at"), ({"range": (2.0, 3.0)}, "range"), ({"dof": "x"}, "dof"),
         ({"omega": "peak"}, "range"), ({"method": "rk5"}, "method"), ({"method": "rk4"}, "steps"),
         ({"steps": 3}, "steps"), ({"depth": -1.0}, "depth"), ({"tolerance": 2.0}, "tolerance"),
     ],

@@ -245,6 +245,7 @@ def test_discs_whose_blades_differ(tmp_path: Path) -> None:
     path.write_text(DISC)
     check = slipstick("check", path)
     assert "2 discs whose blades differ at random (spread 0.02" in told(check)
+    assert "whole disc: blades are numbered from 0 to 3, contacts from 1" in told(check)
     first = slipstick("study", path, "-o", out, "--time-limit", "1e-6 s", *BARE)
     assert (first.exit_code, "1 of 3 cases" in load_dataset(out / "study.nc").attrs["outcome_text"]) == (1, True)
     result = slipstick("resume", out, "--workers", 1, "--json")
@@ -261,3 +262,4 @@ def test_discs_whose_blades_differ(tmp_path: Path) -> None:
     assert found["worst"]["omega"] == float(known.omega[worst])
     assert {"amplification.png", "percentiles.png", "worst.png"} <= {file.name for file in out.iterdir()}
     assert f"worst disc: case {worst}" in told(result)
+    assert f"of {found['worst']['output']} (blades 0 to 3)" in told(result)

@@ -22,7 +22,7 @@ def test_a_case_leaves_the_folder_that_python_computes(tmp_path: Path) -> None:
     assert {path.name for path in out.iterdir()} == {"worn.toml", "results.nc", "report.html", "wear.png"}
     answer, found = json.loads(result.stdout), ss.load(out / "results.nc").dataset
     problem = ss.load_case(case)
-    worn = ss.wear(problem, 8e-4, (0, 300), omega="peak", range=(6.0, 15.0), requested=100.0).dataset
+    worn = ss.wear(problem, 8e-4, (0, 300), omega="peak", range=(6.0, 15.0), at=100.0).dataset
     assert answer["outcome"] == "COMPLETED"
     assert answer["points"] == len(found["point"]) == len(worn["point"])
     assert float(found["worn_depth"][-1, 0]) == pytest.approx(float(worn["worn_depth"][-1, 0]), rel=1e-12)

@@ -114,10 +114,10 @@ class CurveRequest(Request):
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
 
 
-def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared: Any, **named: Any) -> CurveRequest:
+def frequency_request(problem: Problem, omega: Any, at: Any = (), *shared: Any, **named: Any) -> CurveRequest:
     """Request of ``forced_response``; its arguments in their order. Raises InputError with all faults."""
     checks = Checks(problem)
-    ends, points = checks.frequencies(omega, requested)
+    ends, points = checks.frequencies(omega, at)
     common = curve_arguments(checks, points, *shared, **named)
     assert checks.problem is not None
     assert ends is not None
@@ -125,18 +125,18 @@ def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared
 
 
 def parameter_request(
-    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *shared: Any
+    problem: Problem, parameter: str, span: Any, omega: Any, at: Any = (), *shared: Any, **named: Any
 ) -> CurveRequest:
     """Request of ``parameter_response``; its arguments in their order. Raises InputError with all faults."""
     checks = Checks(problem)
     parameter = checks.name(parameter)
-    at = checks.take(frequency, "omega", omega, checks.units)
-    ends, points = checks.range(span, requested, parameter)
+    w = checks.take(frequency, "omega", omega, checks.units)
+    ends, points = checks.range(span, at, parameter)
     checks.takes(parameter, ends)
-    common = curve_arguments(checks, points, *shared)
+    common = curve_arguments(checks, points, *shared, **named)
     assert checks.problem is not None
     assert ends is not None
-    return curve_over(checks.problem, parameter, at, ends, common)
+    return curve_over(checks.problem, parameter, w, ends, common)
 
 
 def curve_over(

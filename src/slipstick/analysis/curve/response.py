@@ -16,7 +16,7 @@ from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, Outcome
-from slipstick.faults import Gathering, one, shown, warn, wrong
+from slipstick.faults import Gathering, old_names, one, shown, warn, wrong
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
@@ -26,11 +26,12 @@ FollowRequest = Literal["subharmonic"] | None
 """The argument ``follow`` of users: further branches to follow."""
 
 
+@old_names(requested="at")
 def forced_response(
     problem: Problem,
     omega: FrequencyRange,
     *,
-    requested: FrequencyList = (),
+    at: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
@@ -46,7 +47,7 @@ def forced_response(
         What vibrates.
     omega
         First and last fundamental frequency, rad/s, in either order.
-    requested
+    at
         Frequencies at which exact points are wanted, rad/s; one or a list.
     peaks_of
         Names of output dofs whose amplitude's local maxima are located; by default all of at most 3 outputs, else those
@@ -98,24 +99,26 @@ def forced_response(
     [(6.14, 18.25)]
     """
     subharmonics, stability = _follows(follow, stability)
-    request = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability)
+    request = frequency_request(problem, omega, at, peaks_of, options, listeners, guess, stability)
     return _branch(request, options, stability if subharmonics else None)
 
 
+@old_names(requested="at")
 def follow(
-    problem: Problem, *, omega: FrequencyRange, requested: FrequencyList = (), **arguments: Any
+    problem: Problem, *, omega: FrequencyRange, at: FrequencyList = (), **arguments: Any
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    return (yield from frequency_request(problem, omega, requested, **arguments).run().follow())
+    return (yield from frequency_request(problem, omega, at, **arguments).run().follow())
 
 
+@old_names(requested="at")
 def parameter_response(
     problem: Problem,
     parameter: str,
     span: tuple[Real, Real],
     *,
     omega: Frequency,
-    requested: FrequencyList = (),
+    at: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
@@ -130,7 +133,8 @@ def parameter_response(
     parameter
         Such as "damper.velocity", "damper.normal_load" (at fixed kn), ``"*.mu"`` (all contacts), "rubbing.cos1",
         "load.x.amplitude", "load.x.phase" (rad; "load.x.2.phase" of one harmonic among several), "loss_factor" and
-        "damping" of the structure (a factor on its viscous damping), and the factors "load" and "friction".
+        "damping" of the structure (a factor on its viscous damping), "load", the factor on all loads, and "friction",
+        that on all friction coefficients.
     span
         First and last value.
     omega
@@ -139,7 +143,7 @@ def parameter_response(
     The other arguments, the result and the errors are those of ``forced_response``.
     """
     subharmonics, stability = _follows(follow, stability)
-    shared = (requested, peaks_of, options, listeners, guess, stability)
+    shared = (at, peaks_of, options, listeners, guess, stability)
     request = parameter_request(problem, parameter, span, omega, *shared)
     return _branch(request, options, stability if subharmonics else None)
 

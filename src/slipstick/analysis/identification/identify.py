@@ -68,7 +68,7 @@ def identify(
         numbers: each is weighted by one over it.
 
         - ``peak_omega`` and ``peak_amplitude`` of one dof (either may be missing): where the response peaks, over what
-          was set, such as ``load``;
+          was set, such as ``load``, the factor on all loads;
         - ``omega`` and ``modal_damping`` (either may be missing) over ``modal_amplitude``, of harmonic 1 at one dof: a
           nonlinear mode, of the number ``mode``;
         - ``displacement(time, dof)`` with ``omega``: a steady vibration, whose last periods are taken (t = 0 is that of

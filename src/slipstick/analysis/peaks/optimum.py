@@ -136,7 +136,7 @@ def optimum_request(
     beside: float | None = None,
 ) -> OptimumRequest:  # fmt: skip
     """Request of ``optimal``; its arguments, checked. Raises InputError with all faults."""
-    request = tracked_peak(problem, parameter, start, omega, dof, (), options, listeners)
+    request = tracked_peak(problem, parameter, start, omega, (), dof, options, listeners)
     return OptimumRequest(**vars(request), beside=beside)
 
 

@@ -22,7 +22,7 @@ from slipstick.balance.physics_checks import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import number, shown, suggestion, text
+from slipstick.faults import number, old_names, shown, suggestion, text
 from slipstick.interrupts import held, pass_on
 from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array, FrequencyRange, Real
@@ -31,14 +31,15 @@ TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newto
 """Default options of a tracked peak: steps of at most a tenth of the range."""
 
 
+@old_names(requested="at")
 def track_peak(
     problem: Problem,
     parameter: str,
     span: tuple[Real, Real],
     *,
     omega: FrequencyRange,
+    at: Iterable[Real] | Real = (),
     dof: str | None = None,
-    requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
@@ -53,10 +54,10 @@ def track_peak(
     omega
         Range of frequencies, rad/s: the highest peak in it, at the first value of the parameter, is followed. It may
         leave the range.
+    at
+        Values of the parameter at which exact points are wanted; one or a list.
     dof
         Name of the output whose amplitude peaks; by default the first.
-    requested
-        Values of the parameter at which exact points are wanted; one or a list.
     options
         Step control, as of ``forced_response``; steps are at most a tenth of the range by default.
     listeners
@@ -95,12 +96,12 @@ def track_peak(
     >>> round(float(best.parameter[0]), 4), round(float(best.omega[0]), 5), round(float(best.amplitude[0, 0]), 6)
     (471.6962, 9.50476, 2.803733)
     """
-    request = tracked_peak(problem, parameter, span, omega, dof, requested, options, listeners)
+    request = tracked_peak(problem, parameter, span, omega, at, dof, options, listeners)
     return Branch.of(request.solutions())
 
 
 def tracked_peak(
-    problem: Any, parameter: Any, span: Any, omega: Any, dof: Any, requested: Any, options: Any, listeners: Any = ()
+    problem: Any, parameter: Any, span: Any, omega: Any, at: Any, dof: Any, options: Any, listeners: Any = ()
 ) -> TrackedPeak:
     """Request of ``track_peak``; its arguments, checked.
 
@@ -117,7 +118,7 @@ def tracked_peak(
         checks.takes(name, None)
         checks.end()
         span = _start(checks.problem, name, span) if span is None or isinstance(span, Number) else span
-    ends, points = checks.range(span, requested, name)
+    ends, points = checks.range(span, at, name)
     sought, _ = checks.frequencies(omega)
     checks.takes(name, ends)
     output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None and name else None

@@ -244,16 +244,16 @@ class Checks(Gathering):
         """Units of the problem, in which texts such as "15 Hz" are read."""
         return None if self.problem is None else self.problem.units
 
-    def range(self, span: Any, requested: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
-        """First and last value of a parameter, None where they are at fault, and the values requested between them."""
-        points, where = self.take(requested_values, requested) or (), f"range of {name}" if name else "range"
+    def range(self, span: Any, at: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """First and last value of a parameter, None where they are at fault, and the values wanted between them."""
+        points, where = self.take(requested_values, at) or (), f"range of {name}" if name else "range"
         with self:
             return self._between(two_numbers(span, where), points, where, positive=False), points
         return None, points
 
-    def frequencies(self, span: Any, requested: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
-        """First and last frequency and those requested between them, rad/s, as ``range`` has them."""
-        points = self.take(requested_frequencies, requested, self.units) or ()
+    def frequencies(self, span: Any, at: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """First and last frequency and those wanted between them, rad/s, as ``range`` has them."""
+        points = self.take(requested_frequencies, at, self.units) or ()
         with self:
             ends = self._between(two_frequencies(span, self.units), points, "frequency range", positive=True)
             if ends is not None and self.problem is not None:

@@ -26,6 +26,7 @@ from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law
 from slipstick.errors import Fault, InputError, Outcome
+from slipstick.faults import old_names
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import SELF_EXCITED
@@ -56,12 +57,13 @@ _HYSTERETIC = (
 )
 
 
+@old_names(requested="at")
 def limit_cycles(
     problem: Problem,
     parameter: str,
     span: tuple[Real, Real],
     *,
-    requested: Iterable[Real] | Real = (),
+    at: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Branch:
@@ -80,7 +82,7 @@ def limit_cycles(
     parameter, span
         As of ``parameter_response``: a name such as "brake.mu", its first and last value. Begin where steady sliding is
         stable.
-    requested
+    at
         Values of the parameter at which exact points are wanted; one or a list.
     options
         Step control, as of ``forced_response``. Jacobians are written out.
@@ -117,22 +119,20 @@ def limit_cycles(
     ...     name="brake", tangential="x", normal="y", contact=pad, rubbing=ss.RubbingMotion(velocity=1.0))
     >>> problem = ss.Problem(
     ...     structure, contacts=brake, loads=ss.Load(dof="y", harmonic=0, cos=50.0), harmonics=range(11))
-    >>> branch = limit_cycles(problem, "brake.mu", (0.4, 0.56), requested=0.55)
+    >>> branch = limit_cycles(problem, "brake.mu", (0.4, 0.56), at=0.55)
     >>> [(point.kind, round(point.value, 6), round(point.omega, 6)) for point in branch.bifurcations()][-1]
     ('Hopf', 0.53125, 10.0)
     >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
     9.9945
     """
-    return Branch.of(cycles_request(problem, parameter, span, requested, options, listeners).solutions())
+    return Branch.of(cycles_request(problem, parameter, span, at, options, listeners).solutions())
 
 
-def cycles_request(
-    problem: Any, parameter: Any, span: Any, requested: Any, options: Any, listeners: Any = ()
-) -> SelfExcited:
+def cycles_request(problem: Any, parameter: Any, span: Any, at: Any, options: Any, listeners: Any = ()) -> SelfExcited:
     """Request of ``limit_cycles``; its arguments, checked. Raises InputError with all faults."""
     checks = Checks(problem)
     name = checks.name(parameter, "brake.mu")
-    ends, points = checks.range(span, requested, name)
+    ends, points = checks.range(span, at, name)
     if checks.problem is not None:
         faults = autonomous_faults(checks.problem)
         checks.faults += faults

@@ -109,17 +109,11 @@ def _request(branch: Solutions, options: Mapping[str, Any]) -> CurveRequest:
     if problem is None:
         raise InputError(f"the problem of this branch is not known: {branch.without}")
     ends = float(where.min()), float(where.max())
-    arguments = [options.get(name, default) for name, default in _ARGUMENTS.items()]
     if branch.followed == "omega":
-        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *arguments)
+        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), **options)
     omega = 0.5 * float(branch.table["omega"].to_numpy()[0])
     name = renamed(str(branch.table.attrs["parameter"]))
-    return parameter_request(doubled(problem), name, ends, omega, *arguments)
-
-
-_ARGUMENTS: dict[str, Any] = {
-    "requested": (), "peaks_of": None, "options": None, "listeners": (), "guess": None, "stability": False,
-}  # fmt: skip
+    return parameter_request(doubled(problem), name, ends, omega, **options)
 
 
 def _new_unknowns(request: CurveRequest) -> BoolArray:

@@ -20,7 +20,7 @@ from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import frequency, number, numbers, whole, wrong
+from slipstick.faults import frequency, number, numbers, old_names, whole, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import CYCLES, Declared, Layout
@@ -46,16 +46,17 @@ FIXED = {"euler": EULER, "midpoint": MIDPOINT, "rk4": RK4}
 METHODS = ("auto", "explicit", "implicit", *FIXED)
 
 
+@old_names(requested="at")
 def wear(
     problem: Problem,
     kappa: Reals | Mapping[str, Reals],
     cycles: tuple[Real, Real],
     *,
     omega: Frequency,
+    at: Iterable[Real] | Real = (),
     range: FrequencyRange | None = None,
     dof: str | None = None,
     depth: Real | Mapping[str, Reals] | None = None,
-    requested: Iterable[Real] | Real = (),
     method: str = "auto",
     steps: int | None = None,
     tolerance: Real = 1e-7,
@@ -84,14 +85,14 @@ def wear(
     omega
         Frequency of the vibration, rad/s; or "peak": at every worn depth that at which the amplitude of ``dof`` is
         largest. That of a whole range is sought at the first cycle.
+    at
+        Numbers of cycles at which points are wanted; one or a list.
     range
         Of "peak": range of frequencies, rad/s, in which the highest peak is meant. It may leave the range.
     dof
         Of "peak": name of the output; by default the first.
     depth
         Depth at which a contact is worn out, length > 0, for all or by name as ``kappa``; it ends there. None: never.
-    requested
-        Numbers of cycles at which points are wanted; one or a list.
     method
         "explicit": Dormand and Prince's pair of order 5; "implicit": RODAS, of order 4, with exact derivatives, for
         surfaces over which the load is redistributed; "auto": at each step the one that suits. With ``steps`` equal
@@ -145,10 +146,10 @@ def wear_request(
     cycles: Any,
     *,
     omega: Any,
+    at: Any = (),
     range: Any = None,
     dof: Any = None,
     depth: Any = None,
-    requested: Any = (),
     method: Any = "auto",
     steps: Any = None,
     tolerance: Any = 1e-7,
@@ -165,7 +166,7 @@ def wear_request(
     checks = Checks(problem)
     worn = checks.take(worn_problem, checks.problem, kappa) if checks.problem is not None else None
     ends = checks.take(_cycles, cycles)
-    points = checks.take(_requested, requested, ends)
+    points = checks.take(_points, at, ends)
     at_peak = isinstance(omega, str) and omega == PEAK
     output = None
     if at_peak:
@@ -220,13 +221,13 @@ def _cycles(cycles: Any) -> tuple[float, float]:
     return first, last
 
 
-def _requested(requested: Any, ends: tuple[float, float] | None) -> tuple[float, ...]:
-    if isinstance(requested, tuple | list) and not requested:
+def _points(at: Any, ends: tuple[float, float] | None) -> tuple[float, ...]:
+    if isinstance(at, tuple | list) and not at:
         return ()
-    values = np.unique(requested_values(requested))
+    values = np.unique(requested_values(at))
     for value in values:
         if ends is not None and not ends[0] <= value <= ends[1]:
-            raise InputError(Fault("requested", found=f"{value:g}", expected=f"cycles from {ends[0]:g} to {ends[1]:g}"))
+            raise InputError(Fault("at", found=f"{value:g}", expected=f"cycles from {ends[0]:g} to {ends[1]:g}"))
     return tuple(float(value) for value in values)
 
 

@@ -6,27 +6,33 @@ from typing import Annotated
 
 import typer
 
+from slipstick.case import RENAMED
 from slipstick.cli.options import CasePath, Force, Quiet, Report, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.verb import verb
+from slipstick.cli.terminal.guard import warn_user
+from slipstick.cli.verb import command_name, verb
 from slipstick.cli.verbs.run import run_case
 
 
-def _verb(table: str, about: str, example: str) -> Callable[..., None]:
-    """The verb of a table, with its help and what could stand in the table where it is missing."""
+def _verb(table: str, about: str, example: str, name: str = "") -> Callable[..., None]:
+    """The verb of a table, with its help and what could stand in the table where it is missing; or by an old name."""
+    called = command_name(name or table)
 
     def computed(
         answer: Answer,
         case: CasePath,
-        output: Annotated[Path | None, folder_option(f"CASE-{table}")] = None,
+        output: Annotated[Path | None, folder_option(f"CASE-{called}")] = None,
         force: Force = False,
         figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
         report: Report = True,
         quiet: Quiet = False,
         time_limit: TimeLimit = None,
     ) -> int:
+        if name:
+            warn_user(f"'slipstick {called}' is now called 'slipstick {command_name(table)}'")
         options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
-        return run_case(case, output, table=table, example=example, force=force, options=options)
+        folder = output or Path(f"{case.stem}-{called}")
+        return run_case(case, folder, table=table, example=example, force=force, options=options)
 
     computed.__doc__ = about
     return verb(computed)
@@ -45,8 +51,8 @@ _TABLES = {
         'Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads.',
         "from = 0.01, to = 10.0",
     ),
-    "cycles": (
-        'Follow self-excited vibration, such as squeal, over the parameter of the table "cycles".',
+    "limit_cycles": (
+        'Follow self-excited vibration, such as squeal, over the parameter of the table "limit_cycles".',
         'parameter = "pad.mu", from = 0.3, to = 0.8',
     ),
     "wear": (
@@ -57,3 +63,5 @@ _TABLES = {
 """What each verb does, and what could stand in its table."""
 
 REQUESTS = {table: _verb(table, *said) for table, said in _TABLES.items()}
+OLD_NAMES = {name: _verb(table, *_TABLES[table], name) for name, table in RENAMED.items() if table in _TABLES}
+"""Verbs by their old names, which no help lists; they write where they wrote."""

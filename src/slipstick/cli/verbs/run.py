@@ -35,7 +35,7 @@ from slipstick.cli.terminal.guard import (
     warn_user,
     warnings_said,
 )
-from slipstick.cli.verb import verb
+from slipstick.cli.verb import command_name, verb
 from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import fault_sentence
@@ -92,7 +92,7 @@ def run_case(
         start_interpreted(case, options.tell)
     case_warnings = print_warnings(case)
     folder = OutputFolder(
-        output if output is not None else Path(f"{case.name}-{table or 'results'}"),
+        output if output is not None else Path(f"{case.name}-results"),
         case_path=path,
         case_text=case.text,
         force=force,
@@ -125,7 +125,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in () if run.table else case.further:
-        options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
+        options.tell(f"[{name}] is for 'slipstick {command_name(name)}'; this computes [response]")
     run.until = options.until
     prepare_kernel(options.tell)
     factor, unit = run.shown_in

@@ -275,7 +275,7 @@ def _scatter(case: Case, data: xarray.Dataset) -> Iterator[str]:
     for key, name in (("percentiles", "amplification"), ("fitted", "amplification by the Weibull fit")):
         if key in found:
             yield f"{name}: {', '.join(f'{percent} % {value:.4f}' for percent, value in found[key].items())}"
-    at = f"{worst['amplification']:.4f}, {largest} of {worst['output']}"
+    at = f"{worst['amplification']:.4f}, {largest} of {worst['output']} (blades 0 to {len(worst['deviations']) - 1})"
     where = f"at {case.frequency_text(worst['omega'])}" if case.parameter is None else ""
     yield f"worst disc: case {worst['case']}, amplification {at} {where}".rstrip()
 

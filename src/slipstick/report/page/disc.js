@@ -74,11 +74,11 @@ class Disc {
         return element("svg:text", { x, y: y + 4, class: "blade-name" }, String(s));
       }));
     this.ramp ??= rampOf();
-    this.front.setAttribute("aria-label", `${disc.sectors} blades from the front, coloured by the amplitude of ${this.dof} at ${this.app.where()}; ${this.said(this.blade)}; left and right arrow: another blade`);
+    this.front.setAttribute("aria-label", `Blades 0 to ${disc.sectors - 1} from the front, coloured by the amplitude of ${this.dof} at ${this.app.where()}; ${this.said(this.blade)}; left and right arrow: another blade`);
     const { after } = result.content.dofs;
     fill(this.note, element("div", { class: "line-names" }, element("span", {}, this.said(this.blade)),
       element("span", { class: "line-name" }, "0", this.ramp, `${short(this.largest, 4)}${after ?? ""}`),
-      element("span", {}, `amplitude of ${this.dof} at ${this.app.where()}; longer and shorter: its motion at the phase above; numbered counter-clockwise${disc.whole ? "" : `; a wave of engine order ${disc.engine_order}`}`)));
+      element("span", {}, `amplitude of ${this.dof} at ${this.app.where()}; longer and shorter: its motion at the phase above; numbered counter-clockwise from 0 to ${disc.sectors - 1}${disc.whole ? "" : `; a wave of engine order ${disc.engine_order}`}`)));
     this.paint();
   }
 

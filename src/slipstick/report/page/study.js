@@ -358,7 +358,7 @@ class Study {
     if (host.hidden) return;
     const i = view.case ?? scatter.worst.case, values = this.parameters.map((p) => p.values[i]), sector = Number(scatter.outputs[i].split("@").at(-1) || NaN);
     const x = new Scale([-0.5, values.length - 0.5], 0, true), y = new Scale([0, ...values], 0.06, true);
-    const svg = frame(x, y, "blade", "deviation of stiffness", `Deviations of disc ${i}`), zero = upwards(y, 0);
+    const svg = frame(x, y, `blade (0 to ${values.length - 1})`, "deviation of stiffness", `Deviations of disc ${i}`), zero = upwards(y, 0);
     values.forEach((value, s) => {
       const [l, r, t] = [across(x, s - 0.4), across(x, s + 0.4), upwards(y, value)];
       const bar = element("svg:rect", { class: "blade", fill: colour(s === sector ? "curve-1" : "curve-0"), x: l, y: Math.min(t, zero), width: r - l, height: Math.abs(zero - t) });
