@@ -100,3 +100,10 @@ def test_rows_of_small_entries_count_as_much():
 def test_nothing_is_symmetric():
     assert asymmetry(np.zeros((0, 0))) is None
     assert asymmetry(np.zeros((3, 3))) is None
+
+
+@pytest.mark.parametrize("dtype", [int, np.float32, complex])
+def test_sparse_numbers_of_any_kind_become_real_floats(dtype):
+    made = real(csr_array(np.diag([1, 2]).astype(dtype)))
+    assert made.dtype == np.float64
+    np.testing.assert_array_equal(made.toarray(), np.diag([1.0, 2.0]))

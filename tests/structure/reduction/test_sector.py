@@ -135,3 +135,9 @@ def test_flutter_of_a_reduced_sector_is_that_of_the_whole_one() -> None:
     np.testing.assert_allclose(found.damping_ratios, exact.damping_ratios[:7], rtol=0.05, atol=1e-5)
     again = SectorModes(**few.with_aerodynamics(coefficients, shape).arguments)
     np.testing.assert_allclose(again.influence(2), coefficients[2] * shape, atol=1e-15)
+
+
+def test_a_damping_ratio_is_that_of_every_mode() -> None:
+    """With half the loss factor."""
+    sector = SectorModes(**{**modes_of(whole_sector(), 5).arguments, "damping_ratio": 0.03})
+    np.testing.assert_allclose(sector.travelling_wave(2).damping_ratios, 0.03 + 0.5 * sector.loss_factor, rtol=1e-12)
