@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.rings import DOFS, a_sector, pairs, ring_influence, ring_of, wave_problem, whole_ring
 
 import slipstick as ss
@@ -199,3 +200,13 @@ def test_modes_left_out_of_some_phases(monkeypatch: pytest.MonkeyPatch) -> None:
     by_loss = found.by_parameter("loss_factor", orders, w)
     changed = [found.changed(loss_factor=0.003 + c).at(orders, w)[0] for c in (step, -step)]
     np.testing.assert_allclose(by_loss, (changed[0] - changed[1]) / (2 * step), atol=1e-7 * np.abs(by_loss).max())
+
+
+@pytest.mark.parametrize(
+    ("shape", "says"),
+    [(np.eye(3) + np.eye(3, k=1), "symmetric"), (np.eye(2), "shape"), ([["a"]], "numbers")],
+)
+def test_gas_is_felt_by_a_symmetric_matrix_of_the_dofs(shape, says) -> None:
+    sector = a_sector(6, proportional=False)
+    with raises_fault(says=says):
+        sector.with_aerodynamics(np.zeros(6), shape)
