@@ -584,3 +584,4 @@ def test_states_are_averaged_over_the_contacts() -> None:
     from slipstick.cli.terminal.display import states_text
 
     assert states_text(record) == "stick 25 % slip 50 % separation 25 %"
+    assert states_text({name: [float("nan")] for name in record}) == ""
