@@ -3,7 +3,8 @@
 ``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written
 to that file instead, and so are ``toml`` blocks, which have to be right as cases or as parts of one. ``sh`` blocks run
 line by line. A ``none`` block is the beginning of a file of columns. A ``text`` block is what the block before it
-printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints must be shown.
+printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints must be
+shown.
 """
 
 from __future__ import annotations
