@@ -63,13 +63,26 @@ def cubic() -> ss.Problem:
     return with_law(law)
 
 
-def at_rest(**more: Any) -> ss.Problem:
-    return ss.Problem(two(), contacts=damper(), harmonics=range(4), **more)
+PLANAR = ss.PlanarFrictionContact(kt=10.0, mu=0.1, normal_load=1.0)
 
 
-def planar() -> object:
-    law = ss.PlanarFrictionContact(kt=1.0, mu=0.1, normal_load=1.0)
-    return ss.contact_forces(law, [0, 1], np.zeros(3), np.zeros(3), omega=1.0)  # type: ignore[arg-type]
+def planar(structure: Any, **rubbing: Any) -> ss.Problem:
+    pair = ss.ContactPair(name="foot", contact=PLANAR, tangential=("x", "y"), rubbing=ss.RubbingMotion(**rubbing))
+    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1])
+
+
+def wave() -> Any:
+    K = np.diag([40.0, 50.0]), np.diag([0.0, -5.0])
+    sector = ss.CyclicStructure(M=np.eye(2), K=K, C=(0.1 * np.eye(2), np.zeros((2, 2))), dofs=["x", "y"], sectors=6)
+    return sector.travelling_wave(engine_order=1)
+
+
+def floating() -> ss.Problem:
+    """Two masses on a spring that nothing holds, under a constant load."""
+    K = [[3.0, -3.0], [-3.0, 3.0]]
+    free = ss.models.free_structure(K, np.eye(2), dofs=["x", "y"], keep=["x", "y"], modes=1)
+    pair = ss.ContactPair(name="damper", contact=damper().contact, tangential={"x": 1.0, "y": -1.0})
+    return ss.Problem(free, contacts=pair, loads=ss.Load(dof="x", harmonic=0, cos=1.0), harmonics=[0, 1])
 
 
 TRIED: dict[str, Callable[[], object]] = {
@@ -101,7 +114,24 @@ TRIED: dict[str, Callable[[], object]] = {
     "`BoucWenContact(alpha=0.1)` with a rubbing velocity": lambda: ss.forced_response(
         one_mass(damper(1.0, law=ss.models.BoucWenContact(kt=10.0, beta=1.0, alpha=0.1))), omega=RANGE
     ),
-    "`ss.contact_forces` of a planar contact": planar,
+    "frequencies beyond the table": lambda: ss.forced_response(table(), omega=(30.0, 45.0)),
+    "limit cycles of a structure under a periodic load": lambda: ss.limit_cycles(
+        one_mass(damper(1.0)), "damper.velocity", (1.0, 2.0)
+    ),
+    "a constant load on a body that is not held": lambda: ss.steady_response(floating(), omega=1.0),
+    "stability of a planar contact in a travelling wave": lambda: ss.forced_response(
+        planar(wave()), omega=(3.0, 3.5), stability=True
+    ),
+    "a run-up of a planar contact whose velocity grows with the speed": lambda: ss.runs.run_up(
+        planar(two(), velocity_per_omega=(1.0, 0.0)), (3.0, 3.2), rate=0.1
+    ),
+    "`ss.contact_forces` of a planar contact": lambda: ss.contact_forces(
+        PLANAR,
+        [0, 1],
+        np.zeros(3),
+        np.zeros(3),
+        omega=1.0,  # type: ignore[arg-type]
+    ),
     "a complex stiffness": lambda: ss.MatrixStructure(M=[[1.0]], K=[[40.0 + 1.0j]], dofs=["x"]),
     "one triangle of a matrix": lambda: two(K=[[40.0, -3.0], [0.0, 40.0]]),
     "harmonic 1.5 of a load": lambda: ss.Load(dof="x", sin=1.0, harmonic=1.5),  # type: ignore[arg-type]
