@@ -280,7 +280,7 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
     if run.points:
         say_results(folder.work, reported=reported)
     elif not run.nothing:
-        say(f"results in {folder.work}: no point was found")
+        say(f"no results in {folder.work}: no point was found")
     if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:
