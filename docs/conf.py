@@ -133,7 +133,37 @@ def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, l
         lines[:0] = ["..", ""]
 
 
+def arrays_by_name(body: str) -> str:
+    """A page whose types say "ndarray" without the brackets that follow; its tags stay.
+
+    >>> arrays_by_name("<em>ndarray</em><em>[</em><em>Any</em><em>]</em> | None")
+    '<em>ndarray</em><em></em><em></em><em></em> | None'
+    """
+    kept, depth, after = [], 0, False
+    for part in re.split(r"(<[^>]+>)", body):
+        if not part or part.startswith("<"):
+            kept.append(part)
+            continue
+        end = 0
+        if after or depth:
+            for end, character in enumerate(part, 1):
+                depth += (character == "[") - (character == "]")
+                if not depth:
+                    end -= character != "]"
+                    break
+        kept.append(part[end:])
+        after = not depth and kept[-1].endswith("ndarray")
+    return "".join(kept)
+
+
+def types_in_short(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """On pages of the Python interface arrays are arrays: docstrings say their shapes and what they hold."""
+    if page.startswith("api/"):
+        context["body"] = arrays_by_name(context["body"])
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("source-read", for_the_site)
     app.connect("autodoc-process-docstring", equations_linked, priority=400)
+    app.connect("html-page-context", types_in_short)

@@ -2,8 +2,9 @@
 
 ``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written
 to that file instead, and so are ``toml`` blocks, which have to be right as cases or as parts of one. ``sh`` blocks run
-line by line. A ``text`` block is what the block before it printed: "..." stands for anything, numbers may differ by two
-units of their last digit. What Python prints must be shown.
+line by line. A ``none`` block is the beginning of a file of columns. A ``text`` block is what the block before it
+printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints must be
+shown.
 """
 
 from __future__ import annotations
@@ -84,6 +85,8 @@ SLOW = {
     "answers.md",
     "identification.md",
     "tutorial-blade-tip.md",
+    "tutorial-rotor.md",
+    "tutorial-test-rig.md",
     "tutorial.md",
     "sensitivity.md",
     "studies.md",
@@ -159,6 +162,17 @@ class Session:
     def text(self, shown: str) -> None:
         assert same(self.printed, shown), f"shown:\n{shown}\nprinted:\n{self.printed}"
         self.printed, self.unseen = "", False
+
+    def none(self, shown: str) -> None:
+        """The first lines of a file of columns: of the one that was written, else they can be read as such a file."""
+        from slipstick.results.measured_columns import read_columns
+
+        written = [file.read_text(encoding="utf-8") for file in self.folder.glob("*.csv")]
+        same_head = [text for text in written if text.splitlines()[0] == shown.splitlines()[0]]
+        assert not same_head or any(text.startswith(shown) for text in same_head), shown
+        (self.folder / "shown.csv").write_text(shown, encoding="utf-8")
+        assert read_columns(self.folder / "shown.csv").values
+        (self.folder / "shown.csv").unlink()
 
     def all_shown(self) -> None:
         """What Python prints is on the page; what commands print need not be."""

@@ -171,6 +171,10 @@ def test_one_version_everywhere() -> None:
     project = tomllib.loads(text(ROOT / "pyproject.toml"))["project"]
     assert ss.__version__ == project["version"]
     assert re.search(r"^version: (\S+)$", text(ROOT / "CITATION.cff"), flags=re.MULTILINE)[1] == project["version"]
+    status = re.search(
+        r"^\*\*Status:\*\* version (\S+), .+ Python (\S+) or later\. (\S+)\.", text(ROOT / "README.md"), re.MULTILINE
+    )
+    assert status.groups() == (project["version"], project["requires-python"].removeprefix(">="), project["license"])
 
 
 def test_every_example_is_in_the_gallery() -> None:

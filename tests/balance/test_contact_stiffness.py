@@ -34,10 +34,16 @@ def test_share_of_each_contact():
 @pytest.mark.parametrize(
     ("kn", "said"),
     [
-        (50.0, "1/kn is 5 of the compliance that the modes leave out at the contacts, so it is kn that says"),
-        (500.0, "1/kn is 0.5 of the compliance that the modes leave out at the contacts: a hard contact has less than"),
-        (5000.0, "1/kn is 0.05 of the compliance that the modes leave out at the contacts: hard beside the body"),
-        ([50.0, 5000.0], "1/kn is 0.05 to 5 of the compliance"),
+        (
+            50.0,
+            "1/kn is 5 times the compliance that the modes leave out at the contacts: how far the bodies approach",
+        ),
+        (
+            500.0,
+            "1/kn is 0.5 times the compliance that the modes leave out at the contacts; a contact is hard from kn = ",
+        ),
+        (5000.0, "1/kn is 0.05 times the compliance that the modes leave out at the contacts: hard beside the body"),
+        ([50.0, 5000.0], "1/kn is 0.05 to 5 times the compliance"),
     ],
 )
 def test_what_is_said(kn, said):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.figures import branch, dataset, named, title
 from matplotlib.figure import Figure
 
@@ -131,6 +132,8 @@ def test_figures_are_written_as_png_and_svg(tmp_path: Path) -> None:
     assert paths[0].read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in paths[1].read_bytes()[:1000]
     assert len(plots.save_figure(branch().plot.loops(3)[0], tmp_path / "b", formats=["svg"])) == 1
+    with raises_fault(str(tmp_path / "b.nc"), says="found .nc.; expected a format of figures"):
+        plots.save_figure(plots.response(dataset()), tmp_path / "b", formats=["svg", "nc"])
 
 
 def test_pyplot_and_matplotlib_stay_out_until_a_figure_is_drawn() -> None:

@@ -53,11 +53,11 @@ def stiffness_sentence(problem: Problem) -> str | None:
         return None
     low, high = f"{shares.min():.2g}", f"{shares.max():.2g}"
     of = low if low == high else f"{low} to {high}"
-    told = f"1/kn is {of} of the compliance that the modes leave out at the contacts"
+    told = f"1/kn is {of} times the compliance that the modes leave out at the contacts"
     unit = problem.units.after("force/length")
-    hard = f"a hard contact has less than {HARD:g} of it, kn = {1.0 / (HARD * left_out.min()):.2g}{unit} or more"
+    hard = f"a contact is hard from kn = {1.0 / (HARD * left_out.min()):.2g}{unit} on, where that is {HARD:g}"
     if shares.max() <= HARD:
         return f"{told}: hard beside the body; more kn changes little but the harmonics it needs"
     if shares.max() <= SOFT:
-        return f"{told}: {hard}"
-    return f"{told}, so it is kn that says how far bodies meet: {hard}"
+        return f"{told}; {hard}"
+    return f"{told}: how far the bodies approach depends on kn; {hard}"

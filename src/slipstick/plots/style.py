@@ -217,9 +217,17 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     -------
     list of Path
         The files written.
+
+    Raises
+    ------
+    InputError
+        For an ending that matplotlib does not write.
     """
     figure = ax.get_figure(root=True)
     assert figure is not None
+    formats, known = tuple(formats), figure.canvas.get_supported_filetypes()
+    for ending in set(formats) - set(known):
+        raise wrong((f"{stem}.{ending}",), ending, f"a format of figures: {', '.join(known)}")
     stem = Path(stem)
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in formats]
     for path in paths:

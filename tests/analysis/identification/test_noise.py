@@ -169,3 +169,13 @@ def test_a_level_left_out() -> None:
         assert found[2].significant == told[2]
     assert not too_large(1.3, 60)
     assert too_large(2.0, 60)
+
+
+def test_a_parameter_without_effect_has_no_residuals_to_compare() -> None:
+    """As the friction coefficient of a test in which all stick; the errors of the others are as without it."""
+    rng = np.random.default_rng(3)
+    J, left = np.c_[np.linspace(1.0, 2.0, 20), np.zeros(20)], rng.standard_normal(20)
+    gain = np.vstack([J[:, 0] / (J[:, 0] @ J[:, 0]), np.zeros(20)])
+    both, alone = robust(gain, left, J, 1.0), robust(gain[:1], left, J[:, :1], 1.0)
+    assert both.factor.tolist() == [pytest.approx(alone.factor[0], rel=1e-12), 1.0]
+    assert both.significant.tolist() == [alone.significant[0], False]

@@ -63,6 +63,14 @@ def test_speeds_without_a_unit_are_rad_per_second(tmp_path: Path, monkeypatch: p
     assert "--to: found '9 x'" in results[2].output
 
 
+def test_a_figure_of_no_format_is_a_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("disc.toml").write_text(CASE)
+    said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9", "-o", "own.nc"])
+    assert said.exit_code == 2
+    assert "own.nc: found 'nc'; expected a format of figures: " in said.output.replace("\n", " ")
+
+
 def test_damped_and_undamped_frequencies_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With heavy damping they differ: 4.47 rad/s undamped, sqrt(20 - 4) = 4 rad/s damped at rest."""
     monkeypatch.chdir(tmp_path)

@@ -38,8 +38,8 @@ def pair(name: str = "damper", tangential: Any = "x", contact: Any = FRICTION, *
 )
 def test_a_contact_with_rubbing(tangential: Any, velocity: float, ahead: str, back: str) -> None:
     assert said(pair(tangential=tangential, velocity=velocity)) == [
-        f"contact 'damper': its side slides at 10 over the opposing surface in the direction of {ahead}: "
-        f"friction holds it back, pushing it towards {back}; the opposing surface moves towards {back}"
+        f"contact 'damper': slides towards {ahead} at 10 over the opposing surface; "
+        f"seen from it that surface moves towards {back}, and friction pushes it that way"
     ]
 
 
@@ -54,21 +54,21 @@ def test_without_rubbing_nothing_is_said() -> None:
 
 def test_units_and_periodic_parts() -> None:
     (first,) = said(pair(velocity=-3.0, sin={1: 2.0}), units={"length": "mm", "time": "s", "force": "N"})
-    assert "slides at 3 mm/s and to and fro with order 1 over the opposing surface in the direction of -x:" in first
+    assert "slides towards -x at 3 mm/s and to and fro with order 1 over the opposing surface;" in first
     (second,) = said(pair(cos={2: 0.5, 3: 1.0}))
     assert second == (
-        "contact 'damper': its side slides to and fro with order 2, 3 over the opposing surface, positive towards +x: "
-        "it has no mean direction"
+        "contact 'damper': slides to and fro with order 2, 3 over the opposing surface, positive towards +x, "
+        "without a mean direction"
     )
 
 
 def test_a_velocity_that_sweeps() -> None:
     """One direction where its sign is the same over the range, else none."""
     (one,) = said(pair(velocity_per_omega=-0.2))
-    assert "slides at 0.2 x omega over the opposing surface in the direction of -x" in one
+    assert "slides towards -x at 0.2 x omega over the opposing surface" in one
     (both,) = said(pair(velocity=5.0, velocity_per_omega=-1.0))
     assert "5 + -1 x omega over the opposing surface, positive towards +x" in both
-    assert "no mean direction" in both
+    assert "without a mean direction" in both
 
 
 def test_many_contacts_are_one_sentence() -> None:
@@ -79,8 +79,8 @@ def test_many_contacts_are_one_sentence() -> None:
     assert len(found) == 2
     assert found[0].startswith("contacts 'tip.1', 'tip.2', ")
     assert (
-        "(99): their sides slide at 1 over the opposing surface in the direction of +x, +y: friction holds them"
-        in found[0]
+        "(99): slide towards +x, +y at 1 over the opposing surface; seen from them that surface moves towards -x, -y, "
+        "and friction pushes them" in found[0]
     )
     assert max(map(len, found)) < 400
 
@@ -89,8 +89,7 @@ def test_a_law_that_is_no_friction_is_not_said_to_hold() -> None:
     spring = ss.SampledLaw(force=lambda q, velocity, k: k * q**3, parameters={"k": 1.0}, ports=("x",))
     (found,) = said(pair(contact=spring, velocity=2.0))
     assert found == (
-        "contact 'damper': its side slides at 2 over the opposing surface in the direction of +x: "
-        "the opposing surface moves towards -x"
+        "contact 'damper': slides towards +x at 2 over the opposing surface; seen from it that surface moves towards -x"
     )
 
 
@@ -102,23 +101,22 @@ PLANAR = ss.PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
     [
         (
             {"velocity": (3.0, 0.0)},
-            "its side slides at 3 over the opposing surface in the direction of +x: friction holds it back, pushing it "
-            "towards -x; the opposing surface moves towards -x",
+            "slides towards +x at 3 over the opposing surface; seen from it that surface moves towards -x, "
+            "and friction pushes it that way",
         ),
         (
             {"velocity": (-3.0, 4.0)},
-            "its side slides at 5 over the opposing surface in the direction of -0.6 x + 0.8 y: friction holds it "
-            "back, pushing it towards 0.6 x - 0.8 y; the opposing surface moves towards 0.6 x - 0.8 y",
+            "slides towards -0.6 x + 0.8 y at 5 over the opposing surface; seen from it that surface moves towards "
+            "0.6 x - 0.8 y, and friction pushes it that way",
         ),
         (
             {"velocity_per_omega": (0.0, 2.0)},
-            "its side slides at 2 x omega over the opposing surface in the direction of +y: friction holds it back, "
-            "pushing it towards -y; the opposing surface moves towards -y",
+            "slides towards +y at 2 x omega over the opposing surface; seen from it that surface moves towards -y, and "
+            "friction pushes it that way",
         ),
         (
             {"cos": {2: (0.0, 1.0)}},
-            "its side slides to and fro with order 2 over the opposing surface, positive towards +y: it has no mean "
-            "direction",
+            "slides to and fro with order 2 over the opposing surface, positive towards +y, without a mean direction",
         ),
     ],
 )

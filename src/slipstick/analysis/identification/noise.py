@@ -214,15 +214,18 @@ class Robust(NamedTuple):
 
 
 def robust(gain: Array, left: Array, J: Array, deviation: float) -> Robust:
-    """Robust errors of parameters that are linear in weighted residuals, with coefficients ``gain`` (n_p, m)."""
+    """Robust errors of parameters that are linear in weighted residuals, with coefficients ``gain`` (n_p, m).
+
+    A parameter without any has no effect on what was measured, and no errors to compare: its factor is 1.
+    """
     from scipy.stats import chi2
 
     basis = _basis(J)
     free = 1.0 - np.sum(basis**2, axis=1)
     square = np.where(free > 1e-6, left**2 / np.maximum(free, 1e-6), deviation**2)
     model = deviation**2 * np.sum(gain**2, axis=1)
-    ratio = np.sum(gain**2 * square, axis=1) / model
-    freedom = np.array([_freedom(row, basis, free) for row in gain])
+    ratio = np.divide(np.sum(gain**2 * square, axis=1), model, out=np.ones_like(model), where=model > 0.0)
+    freedom = np.array([_freedom(row, basis, free) if row.any() else 1.0 for row in gain])
     return Robust(np.sqrt(ratio), ratio > chi2.ppf(_CONFIDENCE, freedom) / freedom)
 
 

@@ -254,7 +254,7 @@ class ShownCurve(RunListener):
 
 
 def states_text(record: Mapping[str, Any]) -> str:
-    """How the contacts share stick, slip and separation, averaged over those that have such states.
+    """How the contacts share stick, slip and separation, averaged over those that have such states; else nothing.
 
     >>> states_text({"stick_fraction": [0.25], "slip_fraction": [0.75], "separation_fraction": [0.0]})
     'stick 25 % slip 75 %'
@@ -264,4 +264,4 @@ def states_text(record: Mapping[str, Any]) -> str:
         value = np.asarray(record.get(f"{name}_fraction", ()), dtype=float)
         known = value[np.isfinite(value)]
         parts.append((name, float(known.mean()) if known.size else 0.0))
-    return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
+    return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005)

@@ -91,7 +91,7 @@ def campbell(
     for speed, frequency, order, mode, whirl in zip(*met.values(), strict=True):
         say(
             f"engine order {order} meets mode {mode} ({_SENSE[whirl]}) at {speed:.6g} rad/s "
-            f"({speed * 30 / np.pi:.5g} rpm): {read.frequency_text(frequency)}"
+            f"({speed * 30 / np.pi:.5g} rpm), at the frequency {read.frequency_text(frequency)}"
         )
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")

@@ -114,7 +114,9 @@ def _structure(case: Case, problem: Problem) -> None:
 
     structure = problem.structure
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
-    say(f"structure: {len(structure.dofs)} dofs ({some(structure.dofs)}){shapes}")
+    say(
+        f"structure: {len(structure.dofs)} dof{'s' if len(structure.dofs) > 1 else ''} ({some(structure.dofs)}){shapes}"
+    )
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = structure.damping_ratios
     listed = min(len(frequencies), _LISTED_FREQUENCIES)
@@ -159,8 +161,8 @@ def _reduction(case: Case, problem: Problem) -> None:
         return
     limit = valid_to(problem)
     say(
-        f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
-        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if isfinite(limit) else "")
+        f"error by the modes left out, estimated: {worst.value:.1e} of the receptance in the range and at its harmonics"
+        + (f"; it reaches 1e-02 at {case.frequency_text(limit)}" if isfinite(limit) else "")
     )
 
 
@@ -323,16 +325,16 @@ def _turned(name: str, how: str, sign: float) -> str:
 
 def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
     """Contacts ``names`` that slide towards ``ahead``; ``turns``: to both sides, ``held``: by friction."""
-    who, it = f"contact '{names[0]}': its side slides", "it"
+    who, it = f"contact '{names[0]}': slides", "it"
     if len(names) > 1:
         listed = some([f"'{name}'" for name in names])
-        who, it = f"contacts {listed}: their sides slide", "them"
+        who, it = f"contacts {listed}: slide", "them"
     ahead, back = (some(dict.fromkeys(ways), _LISTED_DIRECTIONS) for ways in (ahead, back))
     if turns:
-        return f"{who} {how} over the opposing surface, positive towards {ahead}: it has no mean direction"
-    friction = f"friction holds {it} back, pushing {it} towards {back}; " if held else ""
-    surface = f"the opposing surface moves towards {back}"
-    return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
+        return f"{who} {how} over the opposing surface, positive towards {ahead}, without a mean direction"
+    friction = f", and friction pushes {it} that way" if held else ""
+    seen = f"seen from {it} that surface moves towards {back}{friction}"
+    return f"{who} towards {ahead} {how} over the opposing surface; {seen}"
 
 
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:

@@ -164,7 +164,7 @@ def _summarise_doubled(run: CaseRun) -> None:
     for file, branch in run.doubled.items():
         say(f"twice the period, {file.name}: {len(branch)} points, {branch.message or branch.outcome.text}")
     if run.complete and PERIOD_DOUBLING not in run.found["kind"].to_numpy():
-        say("the period doubles nowhere: there is no motion of twice the period to follow")
+        say("the period doubles nowhere, so no motion of twice the period was followed")
 
 
 def _answer(run: CaseRun) -> Answer:
@@ -280,7 +280,7 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
     if run.points:
         say_results(folder.work, reported=reported)
     elif not run.nothing:
-        say(f"results in {folder.work}: no point was found")
+        say(f"no results in {folder.work}: no point was found")
     if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
     if folder.replaces:

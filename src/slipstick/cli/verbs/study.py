@@ -221,7 +221,7 @@ def _list_failures(solved: list[CaseSolved]) -> None:
     complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {text}' for text, n in counts.items())}")
     for one in failed[:_LISTED_FAILURES]:
         complain(f"  case {one.row['case']}: {one.message}")
-    complain("compute them once more with --missing, where their cause is gone")
+    complain("once the cause is gone, compute them again with --missing")
 
 
 def _largest(data: xarray.Dataset) -> Iterator[str]:
