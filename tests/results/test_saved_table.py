@@ -86,7 +86,7 @@ def test_peaks_of_a_branch(tmp_path: Path) -> None:
 
 
 def test_faults_of_tables(tmp_path: Path) -> None:
-    with raises_fault("table", says=r"\.csv or \.mat"):
+    with raises_fault("table", says=r"\.csv, \.mat"):
         reports.branch().save_table(tmp_path / "a.txt")
     with pytest.raises(ss.InputError, match="the table cannot be written"):
         reports.branch().save_table(tmp_path / "no" / "a.csv")
@@ -237,4 +237,4 @@ def test_the_verb(tmp_path: Path) -> None:
     same(read(tmp_path / "a.csv")["amplitude"], read(made.save_table(tmp_path / "b.csv", "peaks"))["amplitude"])
     refused = called("table", tmp_path, tmp_path / "a.xls")
     assert refused.exit_code == 2
-    assert ".csv or .mat" in refused.output
+    assert ".csv, .mat, .xlsx or .uff" in refused.output

@@ -22,7 +22,7 @@ class MeasuredTable(Table):
     """``[structure] kind = "measured"``."""
 
     kind: Literal["measured"]
-    file: str = Field(description="the name of a file of receptances: .unv, .uff, .csv, .npz, .nc")
+    file: str = Field(description="the name of a file of receptances: .unv, .uff, .csv, .mat, .npz, .nc")
     modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes are fitted")
     range: Frequencies | None = Field(
         default=None, description='two frequencies between which they are fitted, such as ["20 Hz", "400 Hz"]'
@@ -41,7 +41,7 @@ class MeasuredTable(Table):
         default=None, description="what was measured, where the file does not say"
     )
     columns: dict[str, str] | None = Field(
-        default=None, description='names of the columns of a .csv file such as { "tip/tip.re" = "Re H11" }'
+        default=None, description='names of the columns of a file such as { "tip/tip.re" = "Re H11" }'
     )
 
 

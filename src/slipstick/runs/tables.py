@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
-from slipstick.io.loading import load_dataset, load_table, require_branch
+from slipstick.io.loading import load, load_dataset, load_table, require_branch
 from slipstick.results.run_up import RunUp
-from slipstick.results.saved_table import write_table, write_table_of
+from slipstick.results.saved_table import is_universal, write_table, write_table_of
 from slipstick.results.solutions import Solutions
 from slipstick.results.table import is_dataset
 from slipstick.results.view import analysis_of
@@ -74,7 +74,7 @@ def _of_file(given: Path, path: str | Path, table: str | None) -> Path:
     analysis = analysis_of(found)
     if analysis not in ("study", "curves", "run_up", "identify"):
         require_branch(found, file)
-        return write_table_of(Solutions.from_dataset(found), path, table)
+        return write_table_of(load(file) if is_universal(path) else Solutions.from_dataset(found), path, table)
     data = found.to_dataset()
     if analysis == "run_up":
         return RunUp(data).save_table(path, table)
