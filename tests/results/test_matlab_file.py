@@ -14,7 +14,7 @@ from scipy.io import savemat
 
 from slipstick.errors import InputError
 from slipstick.results import matlab_file
-from slipstick.results.matlab_file import matlab_columns
+from slipstick.results.matlab_file import matlab_arrays
 from slipstick.results.measured_columns import in_units, read_columns
 from slipstick.units import Units
 
@@ -55,12 +55,11 @@ def newer(path: Path) -> Path:
     "write", [older, lambda path: older(path, do_compression=True), newer], ids=["5", "7 compressed", "7.3"]
 )
 def test_the_same_columns_in_every_version(tmp_path: Path, write) -> None:
-    found = matlab_columns(write(tmp_path / "rig.mat"))
-    names = ["f", "on", *(f"rig.H(:,{i},{k})" for i in (1, 2) for k in (1, 2)), "rig.x(:,1)", "rig.x(:,2)"]
-    assert sorted(found) == sorted(names)
+    found = matlab_arrays(write(tmp_path / "rig.mat"))
+    assert sorted(found) == ["f", "on", "rig.H", "rig.x"]
     np.testing.assert_array_equal(found["f"], F)
-    np.testing.assert_array_equal(found["rig.H(:,2,1)"], H[:, 1, 0])
-    np.testing.assert_array_equal(found["rig.x(:,2)"], X[:, 1])
+    np.testing.assert_array_equal(found["rig.H"], H)
+    np.testing.assert_array_equal(found["rig.x"], X)
     np.testing.assert_array_equal(found["on"], [1, 0, 1])
 
 
@@ -69,7 +68,7 @@ def test_types_of_numbers(tmp_path: Path) -> None:
     held = {f"v{k}": np.arange(1, 4).astype(k) for k in ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")}
     held |= {"c8": (H[:, 0, 0]).astype("c8"), "one": np.array([7.0]), "row": F[None, :], "none": np.zeros((0, 3))}
     savemat(tmp_path / "a.mat", held)
-    found = matlab_columns(tmp_path / "a.mat")
+    found = matlab_arrays(tmp_path / "a.mat")
     assert set(found) == set(held) - {"none"}
     for name, values in found.items():
         np.testing.assert_array_equal(values, np.ravel(held[name]))
@@ -82,7 +81,7 @@ def test_types_of_numbers(tmp_path: Path) -> None:
         + pack(">IIdd", 9, 16, 3, 5)
     )
     (tmp_path / "b.mat").write_bytes(big + pack(">II", 14, len(body)) + body)
-    np.testing.assert_array_equal(matlab_columns(tmp_path / "b.mat")["x"], [3.0, 5.0])
+    np.testing.assert_array_equal(matlab_arrays(tmp_path / "b.mat")["x"], [3.0, 5.0])
 
 
 def test_version_4_is_named(tmp_path: Path) -> None:
@@ -98,10 +97,27 @@ def test_columns_with_units(tmp_path: Path) -> None:
     np.testing.assert_allclose(values["frequency"], 1e3 * F, rtol=1e-14)
     np.testing.assert_allclose(values["x"], 1e-3 * X[:, 1], rtol=1e-14)
     np.testing.assert_array_equal(values["tip/root"], H[:, 1, 0])
+    wide = read_columns(file, {"a": "rig.x(3, :)", "b": "rig.x(:,2)"} | {"b": "rig.H(1,:,2) [um]"}).values
+    np.testing.assert_array_equal(wide["a"], X[2])
+    np.testing.assert_array_equal(wide["b"], H[0, :, 1])
+    for wrong in (
+        "rig.x(:,3)",
+        "rig.x(:,0)",
+        "rig.x(:,:)",
+        "rig.x(1,2)",
+        "rig.x(:)",
+        "rig.x",
+        "rig.x(:,1,1)",
+        "f(:,,)",
+    ):
+        with pytest.raises(InputError, match="there is no column"):
+            read_columns(file, {"x": wrong})
+    with pytest.raises(InputError, match=r"holds a matrix, rig\.H \(3 x 2 x 2\); expected vectors"):
+        read_columns(file)
     savemat(tmp_path / "b.mat", {"f": F, "long": np.arange(9.0)})
     with pytest.raises(InputError, match="columns of different lengths: 3 of f, 9 of long; choose"):
         read_columns(tmp_path / "b.mat")
-    with pytest.raises(InputError, match=r"no column 'ff' in rig\.mat; the columns are f, "):
+    with pytest.raises(InputError, match=r"no column 'ff' in rig\.mat; the columns are f, rig\.H \(3 x 2 x 2\)"):
         read_columns(file, {"omega": "ff"})
     (tmp_path / "c.csv").write_text("omega,x [um]\n1,2\n")
     with pytest.raises(InputError, match=r"x is given in mm; expected um, as c\.csv says"):
@@ -110,7 +126,7 @@ def test_columns_with_units(tmp_path: Path) -> None:
 
 def refused(path: Path, said: str) -> None:
     with pytest.raises(InputError, match=said) as caught:
-        matlab_columns(path)
+        matlab_arrays(path)
     (sentence,) = caught.value.sentences
     assert str(path) in sentence
     assert "\n" not in sentence
@@ -139,15 +155,15 @@ def test_sizes_are_checked_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with h5py.File(tmp_path / "huge.mat", "w", userblock_size=512) as file:
         file.create_dataset("x", shape=(10**9,), dtype=float, chunks=(10**6,))
     refused(tmp_path / "huge.mat", "more than two gigabytes")
-    monkeypatch.setattr(matlab_file, "_MOST_COLUMNS", 3)
-    refused(older(tmp_path / "wide.mat"), "more than 3 columns")
+    monkeypatch.setattr(matlab_file, "_MOST_ARRAYS", 2)
+    refused(older(tmp_path / "wide.mat"), "more than 2 arrays")
 
 
 def outcome(path: Path, data: bytes) -> None:
     """Columns, or an InputError; anything else is raised."""
     path.write_bytes(data)
     with suppress(InputError):
-        matlab_columns(path)
+        matlab_arrays(path)
 
 
 def test_damaged_files_never_end_in_a_traceback(tmp_path: Path) -> None:

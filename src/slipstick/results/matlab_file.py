@@ -1,4 +1,4 @@
-"""Columns of numbers in a MATLAB file of version 5 to 7.3. Nothing in it is trusted or executed.
+"""Arrays of numbers in a MATLAB file of version 5 to 7.3. Nothing in it is trusted or executed.
 
 Version 7.3 is HDF5, read by h5py. Versions 5 to 7 are read here, arrays of numbers and structs alone: SciPy looks up
 types that a file claims without a bound, so that single wrong bytes end the process (MathWorks, MAT-File Format, 2023,
@@ -7,9 +7,9 @@ chapter 1).
 
 from __future__ import annotations
 
+import re
 import zlib
-from collections.abc import Iterator
-from itertools import product
+from collections.abc import Iterator, Mapping
 from math import prod
 from pathlib import Path
 from struct import unpack_from
@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 
 _MOST_BYTES = 2**31
 """Of all that is read of a file."""
-_MOST_COLUMNS, _DEEPEST = 10_000, 8
+_MOST_ARRAYS, _DEEPEST = 10_000, 8
 _COMPRESSED = 15
 """Type of a compressed element of a file of version 5."""
 _MATRIX, _STRUCT, _NUMBERS, _OF_COMPLEX = 14, 2, range(6, 16), 0x800
 """Type of an element that is a variable; classes of variables; the mark of complex ones."""
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 """Types of numbers."""
+_INDEXED = re.compile(r"([^()]+?)\s*\(([\d:,\s]+)\)")
 _TOO_LARGE = "it holds more than two gigabytes: keep the variables that are needed"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _HEADER = 128
@@ -39,33 +40,32 @@ _NEW_HEADER = 512
 """Bytes before the HDF5 part of a file of version 7.3."""
 
 
-def matlab_columns(file: Path) -> dict[str, AnyArray]:
-    """Vectors of numbers, real or complex, as they are called in MATLAB.
+def matlab_arrays(file: Path) -> dict[str, AnyArray]:
+    """Arrays of numbers, real or complex, by name; vectors have one dimension, ``rig.f`` is a field of a struct.
 
-    Of a matrix or a larger array each column, ``H(:,2)`` or ``H(:,2,1)``, of a struct each field, ``rig.f``. Texts,
-    cells, objects and arrays of structs are passed over.
+    Texts, cells, objects and arrays of structs are passed over.
 
     Raises
     ------
     InputError
-        For a file that is none, or holds more than two gigabytes or ten thousand columns.
+        For a file that is none, or holds more than two gigabytes or ten thousand arrays.
     """
     try:
         with file.open("rb") as stream:
             head = stream.read(_NEW_HEADER + len(_HDF5))
         newer = _HDF5 in (head[: len(_HDF5)], head[_NEW_HEADER:])
-        columns: dict[str, AnyArray] = {}
+        arrays: dict[str, AnyArray] = {}
         for name, values in _of_hdf5(file) if newer else _of_elements(file):
-            columns[name] = values
-            if len(columns) > _MOST_COLUMNS:
-                raise ValueError(f"it holds more than {_MOST_COLUMNS} columns: keep those that are needed")
+            arrays[name] = values.reshape(-1) if values.size == max(values.shape, default=1) else values
+            if len(arrays) > _MOST_ARRAYS:
+                raise ValueError(f"it holds more than {_MOST_ARRAYS} arrays: keep those that are needed")
     except Exception as error:  # whatever a file that is none leads to
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(Fault(str(file), "cannot be read as a MATLAB file", remedy=said)) from None
-    if not columns:
+    if not arrays:
         expected = "vectors such as frequencies and displacements"
         raise InputError(Fault(str(file), "holds no arrays of numbers", expected=expected))
-    return columns
+    return arrays
 
 
 def _of_elements(file: Path) -> Iterator[tuple[str, AnyArray]]:
@@ -84,7 +84,7 @@ def _of_elements(file: Path) -> Iterator[tuple[str, AnyArray]]:
                 raise ValueError(_TOO_LARGE)
             kind, body = next(_elements(body, order))
         if kind == _MATRIX:
-            yield from _columns("", body, order)
+            yield from _variables("", body, order)
 
 
 def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
@@ -104,8 +104,8 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         at += step
 
 
-def _columns(before: str, body: memoryview, order: str, depth: int = 0) -> Iterator[tuple[str, AnyArray]]:
-    """Columns of an array or struct; nothing of other variables, as texts, cells and objects."""
+def _variables(before: str, body: memoryview, order: str, depth: int = 0) -> Iterator[tuple[str, AnyArray]]:
+    """An array, or those of a struct; nothing of other variables, as texts, cells and objects."""
     parts = _elements(body, order)
     (flags,) = unpack_from(f"{order}I", next(parts, (0, b""))[1], 0)
     of_class = flags & 0xFF
@@ -120,7 +120,7 @@ def _columns(before: str, body: memoryview, order: str, depth: int = 0) -> Itera
             for field, (kind, inside) in zip(fields, parts, strict=False):
                 if kind == _MATRIX and len(inside):
                     called = field.split(b"\0")[0].decode("latin-1")
-                    yield from _columns(f"{name}.{called}", inside, order, depth + 1)
+                    yield from _variables(f"{name}.{called}", inside, order, depth + 1)
         return
     values = _numbers(*next(parts), order)
     if flags & _OF_COMPLEX:
@@ -128,7 +128,7 @@ def _columns(before: str, body: memoryview, order: str, depth: int = 0) -> Itera
     if min(dims, default=0) < 0 or prod(dims) != values.size:
         raise ValueError(f"{name} has {values.size} numbers, not {' x '.join(map(str, dims))}")
     if values.size:
-        yield from _of_array(name, values.reshape(dims, order="F"))
+        yield name, values.reshape(dims, order="F")
 
 
 def _numbers(kind: int, data: memoryview, order: str) -> AnyArray:
@@ -137,12 +137,23 @@ def _numbers(kind: int, data: memoryview, order: str) -> AnyArray:
     return np.frombuffer(data, dtype=f"{order}{_TYPES[kind]}")
 
 
-def _of_array(name: str, values: AnyArray) -> Iterator[tuple[str, AnyArray]]:
-    if values.size == max(values.shape, default=1):
-        yield name, values.reshape(-1)
-        return
-    for place in product(*map(range, values.shape[1:])):
-        yield f"{name}(:,{','.join(str(k + 1) for k in place)})", values[(slice(None), *place)]
+def vector(arrays: Mapping[str, AnyArray], name: str) -> AnyArray | None:
+    """A vector by its name in MATLAB: ``f``, a column ``H(:,2)``, a row ``H(2,:)``; None where there is none.
+
+    >>> vector({"H": np.array([[1, 2], [3, 4]])}, "H(2, :)").tolist()
+    [3, 4]
+    """
+    found = _INDEXED.fullmatch(name)
+    if name in arrays or found is None:
+        values = arrays.get(name)
+        return values if values is not None and values.ndim == 1 else None
+    values, places = arrays.get(found[1]), [word.strip() for word in found[2].split(",")]
+    if values is None or len(places) != values.ndim or places.count(":") != 1:
+        return None
+    for word, n in zip(places, values.shape, strict=True):
+        if word != ":" and not (word.isdigit() and len(word) < 10 and 1 <= int(word) <= n):
+            return None
+    return np.asarray(values[tuple(slice(None) if word == ":" else int(word) - 1 for word in places)])
 
 
 def _of_hdf5(file: Path) -> Iterator[tuple[str, AnyArray]]:
@@ -157,7 +168,7 @@ def _of_hdf5(file: Path) -> Iterator[tuple[str, AnyArray]]:
             values = data[()]
             if values.dtype.names:
                 values = values["real"] + 1j * values["imag"]
-            yield from _of_array(name, np.asarray(values).T)
+            yield name, np.asarray(values).T
 
 
 def _datasets(group: h5py.Group, before: str, depth: int = 0) -> Iterator[tuple[str, h5py.Dataset]]:

@@ -6,7 +6,8 @@ Tables of text have lines of their own first, semicolons, decimal commas, units;
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import enumerated, suggestion, table, text
 from slipstick.quantities import FREQUENCIES
-from slipstick.results.matlab_file import matlab_columns
+from slipstick.results.matlab_file import matlab_arrays, vector
 from slipstick.typing import AnyArray
 from slipstick.units import SIZES, Units
 
@@ -47,7 +48,7 @@ def read_columns(file: Path, columns: object = None) -> Columns:
     In a CSV file the line before the first one of numbers has their names, or the two lines before it names and units.
     Lines before these and lines that begin with "#" are passed over. Commas, semicolons or tabs stand between; a comma
     is a decimal comma where semicolons or tabs do. A unit may stand after a name, "Disp ch3 [mm]". An empty cell is
-    nan. Columns of a MATLAB file are its vectors, those of its matrices, ``H(:,2)``, and of its structs, ``rig.f``.
+    nan. Columns of a MATLAB file are its vectors, those of its structs, ``rig.f``, and of its matrices, ``H(:,2)``.
 
     Parameters
     ----------
@@ -62,43 +63,50 @@ def read_columns(file: Path, columns: object = None) -> Columns:
     InputError
         For a file that is no such table, and for columns that are not in it.
     """
-    found = _of_matlab(file) if file.suffix.lower() == ".mat" else _of_text(file)
+    if file.suffix.lower() == ".mat":
+        arrays = matlab_arrays(file)
+        names = tuple(
+            name if v.ndim == 1 else f"{name} ({' x '.join(map(str, v.shape))})" for name, v in arrays.items()
+        )
+        found = Columns({name: v for name, v in arrays.items() if v.ndim == 1}, names, {})
+        pick = partial(vector, arrays)
+    else:
+        found = _of_text(file)
+        names, pick = found.names, found.values.get
     if columns is not None:
-        found = _chosen(file, found, columns)
+        found = _chosen(file, found, columns, pick)
+    elif len(found.values) < len(names):
+        matrix = next(name for name in names if name not in found.values)
+        expected = 'vectors, or columns = { "x" = "H(:,2)", ... }'
+        raise InputError(Fault(str(file), f"holds a matrix, {matrix}", expected=expected))
     lengths = {len(values) for values in found.values.values()}
     if len(lengths) > 1:
         listed = enumerated([f"{len(values)} of {name}" for name, values in found.values.items()])
         remedy = "choose those of one length with columns"
         raise InputError(Fault(str(file), f"columns of different lengths: {listed}", remedy=remedy))
     numbers = {name: v.astype(complex if v.dtype.kind == "c" else float) for name, v in found.values.items()}
-    return found._replace(values=numbers)
+    return Columns(numbers, names, {name: found.units.get(name, "") for name in numbers})
 
 
-def _of_matlab(file: Path) -> Columns:
-    values = matlab_columns(file)
-    return Columns(values, tuple(values), dict.fromkeys(values, ""))
-
-
-def _chosen(file: Path, found: Columns, columns: object) -> Columns:
+def _chosen(file: Path, found: Columns, columns: object, pick: Callable[[str], AnyArray | None]) -> Columns:
     """Columns by what they are; InputError for those that are not in the file."""
     values, units, faults = dict[str, AnyArray](), dict[str, str](), []
     for key, given in table("columns", columns, _MAP).items():
         name, unit = text(("columns", key), given, _MAP), ""
         match = _UNIT.fullmatch(name)
-        if name not in found.values and match is not None and match[2] is not None:
+        if pick(name) is None and match is not None and match[2] is not None:
             name, unit = match[1], _bare(match[2])
-        spaced = name.replace(" ", "") if "(:" in name else name
-        name = spaced if spaced in found.values else name
-        if name not in found.values:
+        numbers = pick(name)
+        if numbers is None:
             hint = suggestion(name, found.names)
             remedy = hint if hint.startswith("did you") else ""
             said = f"there is no column {name!r} in {file.name}; the columns are {enumerated(found.names)}"
             faults.append(Fault(("columns", key), said, remedy=remedy))
             continue
-        own = found.units[name]
+        own = found.units.get(name, "")
         if unit and own and unit != own:
             faults.append(Fault(("columns", key), f"is given in {unit}", expected=f"{own}, as {file.name} says"))
-        values[key], units[key] = found.values[name], own or unit
+        values[key], units[key] = numbers, own or unit
     if faults:
         raise InputError(faults)
     return Columns(values, found.names, units)

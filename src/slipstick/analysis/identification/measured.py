@@ -568,8 +568,7 @@ def _of_columns(problem: Problem, file: Path, found: Columns, quantity: str | No
         return _along(column, problem)
     for name, values in column.items():
         if np.iscomplexobj(values) and name not in problem.structure.dofs:
-            expected = "real numbers, or complex ones of a dof or a response function such as tip/root"
-            raise InputError(Fault((str(file), name), "has complex numbers", expected=expected))
+            raise _columns_fault(problem, file, head, "has complex numbers and is no dof, no response function", name)
     point: dict[str, Any] = {}
     amplitudes, coefficients = {}, {}
     known = _labels(problem)
@@ -607,7 +606,8 @@ def _columns_fault(problem: Problem, file: Path, head: Sequence[str], statement:
         Fault(
             (str(file), name) if name else str(file), f"{statement}; the columns are {enumerated(head)}",
             expected=f"omega (rad/s) or frequency (Hz), and dofs such as {x}, or {x}.c1 and {x}.s1",
-            remedy=hint if hint.startswith("did you") else f"dofs are {enumerated(dofs)}",
+            remedy=hint if hint.startswith("did you") else
+            f'say which are which: columns = {{ frequency = "f", "{x}" = "Disp" }}; dofs are {enumerated(dofs)}',
         )
     )  # fmt: skip
 
