@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 
 def save_table(results: Any, path: str | Path, table: str | None = None) -> Path:
-    """Write results for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+    """Write results for other programs and return the path: a .csv file, one table, or .xlsx and .mat, all of them.
+
+    Of a frequency response also .uff, its response functions: see ``Branch.save_table``.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def save_table(results: Any, path: str | Path, table: str | None = None) -> Path
     path
         The file to write; its ending says what it becomes.
     table
-        Which table: by default the first one in a .csv file, all in a .mat file. A table is called by its rows, such as
+        Which table: by default the first one in a .csv file, all in others. A table is called by its rows, such as
         "point" or "peaks" of a branch, "period" or "envelope" of a run-up, "parameter" of a fit; a wrong name lists
         them. Of a study in a folder "curves" has all curves, one after another, with the number and the parameters of
         the case in each line.
