@@ -63,6 +63,7 @@ def read_columns(file: Path, columns: object = None) -> Columns:
     InputError
         For a file that is no such table, and for columns that are not in it.
     """
+    pick: Callable[[str], AnyArray | None]
     if file.suffix.lower() == ".mat":
         arrays = matlab_arrays(file)
         names = tuple(

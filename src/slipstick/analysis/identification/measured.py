@@ -570,7 +570,7 @@ def _of_columns(problem: Problem, file: Path, found: Columns, quantity: str | No
         if np.iscomplexobj(values) and name not in problem.structure.dofs:
             raise _columns_fault(problem, file, head, "has complex numbers and is no dof, no response function", name)
     point: dict[str, Any] = {}
-    amplitudes, coefficients = {}, {}
+    amplitudes, coefficients = {}, dict[tuple[str, str], Array]()
     known = _labels(problem)
     for name, values in column.items():
         dof, _, label = name.rpartition(".")
