@@ -193,7 +193,7 @@ def unit_factor(name: str, unit: str, units: Units) -> float:
     >>> unit_factor("x", "um", Units(length="mm")), unit_factor("x", "(m/s^2)/N", Units(length="mm", force="kN"))
     (0.001, 1000000.0)
     """
-    factor, parts = (_GRAVITY, (("m", 1), ("s", -2), *_parts(unit)[1:])) if _of_gravity(unit) else (1.0, _parts(unit))
+    factor, parts = (_GRAVITY, (("m", 1), ("s", -2), *_parts(unit)[1:])) if of_gravity(unit) else (1.0, _parts(unit))
     for word, power in parts:
         if word == "rad":
             continue
@@ -218,7 +218,7 @@ def quantity_of(unit: str) -> str:
     ('acceleration', 'acceleration', 'displacement', '')
     """
     parts = dict(_parts(unit))
-    if _of_gravity(unit):
+    if of_gravity(unit):
         return "acceleration"
     if _parts(unit)[0][0] not in SIZES["length"]:
         return ""
@@ -240,7 +240,21 @@ def quantity_fault(name: str, unit: str, quantity: str | None) -> Fault | None:
     return Fault(name, f"is in {unit}, which is {own}", expected=said, remedy=f'say quantity = "{own}"')
 
 
-def _of_gravity(unit: str) -> bool:
+def length_and_force(unit: str) -> tuple[tuple[str, int], ...]:
+    """What a unit has beside times, by which velocities and accelerations differ from displacements.
+
+    >>> length_and_force("mm/s^2/N") == length_and_force("mm/N")
+    True
+    """
+    return tuple(part for part in _parts(unit) if part[0] not in SIZES["time"])
+
+
+def of_gravity(unit: str) -> bool:
+    """Whether a unit is g, or g over something: an acceleration in no unit of length.
+
+    >>> of_gravity("g/N"), of_gravity("mm/s^2")
+    (True, False)
+    """
     return _parts(unit)[0] == ("g", 1)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import enumerated, numbers, path, shown, suggestion, table, text, wrong
-from slipstick.results.measured_columns import in_units, quantity_fault, read_columns
+from slipstick.results.measured_columns import in_units, length_and_force, of_gravity, quantity_fault, read_columns
 from slipstick.results.response_functions import DIRECTIONS, NAMED
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances
@@ -151,10 +151,13 @@ def receptances(found: Sequence[Function], where: str) -> Receptances:
     """All functions at the same frequencies, as displacement over force; lines with a nan in any are left out."""
     if not found:
         raise InputError(Fault(where, "holds no frequency response functions"))
-    straight = (function for function in found if not (is_rotation(function.output) or is_rotation(function.point)))
-    if len(units := {function.unit for function in straight} - {""}) > 1:
-        remedy = "export them in one"
-        raise InputError(Fault(where, f"functions in several units, {enumerated(sorted(units))}", remedy=remedy))
+    straight = [one.unit for one in found if one.unit and not (is_rotation(one.output) or is_rotation(one.point))]
+    if any(map(of_gravity, straight)):
+        remedy = "export them in lengths, such as m/s^2"
+        raise InputError(Fault(where, "accelerations in g, which is no unit of a structure", remedy=remedy))
+    if len({length_and_force(unit) for unit in straight}) > 1:
+        units = enumerated(sorted(set(straight)))
+        raise InputError(Fault(where, f"functions in several units, {units}", remedy="export them in one"))
     omega, dofs = found[0].omega, dict[str, int]()
     for function in found:
         dofs.setdefault(function.point, len(dofs))

@@ -134,7 +134,7 @@ def _short(value: float) -> str:
     """A number in the 13 characters of a frequency, with as many digits as these hold.
 
     >>> _short(12.345678901234), _short(0.123456789012345), _short(0.00012345678901234)
-    ('12.3456789012', '.123456789012', '1.2345679e-04')
+    ('12.3456789012', '.123456789012', '.000123456789')
     """
     texts = [f"{value:.{digits}{kind}}".removeprefix("0") for digits in range(1, _WIDTH) for kind in "fe"]
     fitting = [text for text in texts if len(text) <= _WIDTH]
