@@ -38,7 +38,8 @@ class MeasuredTable(Table):
     )
     smooth: bool | None = Field(default=None, description="true or false, whether noise is taken off the table")
     quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
-        default=None, description="what was measured, where the file does not say"
+        default=None,
+        description='"displacement", "velocity" or "acceleration": what was measured, if the file does not say',
     )
     columns: dict[str, str] | None = Field(
         default=None, description='names of the columns of a file such as { "tip/tip.re" = "Re H11" }'

@@ -493,7 +493,8 @@ class IdentifyTable(RequestTable):
         default=None, description='names of the columns of a file such as { x = "Disp ch3" }'
     )
     quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
-        default=None, description="what was measured, where the file does not say"
+        default=None,
+        description='"displacement", "velocity" or "acceleration": what was measured, if the file does not say',
     )
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:

@@ -20,6 +20,7 @@ from slipstick.results.matlab_file import matlab_arrays, vector
 from slipstick.typing import AnyArray
 from slipstick.units import SIZES, Units
 
+_SHEETS = (".xlsx", ".xls", ".ods")
 _SPLITS = (";", "\t", ",")
 _MAP = 'names of columns by what they are, such as {"x": "Disp ch3"}'
 COLUMNS_OF = "a .csv or .mat file"
@@ -117,7 +118,10 @@ def _of_text(file: Path) -> Columns:
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault(str(file), "cannot be read as text", remedy=str(error))) from None
+        reason = getattr(error, "strerror", None) or "it is no text"
+        remedy = "save it as .csv" if file.suffix.lower() in _SHEETS else reason.lower()
+        expected = "a .csv file, or .mat, .unv, .uff, .npz or .nc by their endings"
+        raise InputError(Fault(str(file), "cannot be read as text", expected=expected, remedy=remedy)) from None
     kept = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     split, first = _begin([line for _, line in kept])
     head = [word.strip().strip('"').strip() for word in kept[first - 1][1].split(split)] if kept else []

@@ -35,9 +35,8 @@ if TYPE_CHECKING:
 
 _EXPECTED = (
     "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), displacement "
-    "and force over the tau of loops, with peak_omega and peak_amplitude, with modal_amplitude, omega and "
-    "modal_damping, with displacement(time, dof), or with receptance(omega, output, input), or the path of a .nc, .csv "
-    "or .mat file with these, or of a universal file (.unv, .uff)"
+    "and force over the tau of loops, peak_omega and peak_amplitude, modal_amplitude, omega and modal_damping, "
+    "displacement(time, dof) or receptance(omega, output, input); or a .nc, .csv, .mat, .unv or .uff file"
 )
 
 
@@ -57,7 +56,8 @@ def dataset_of(problem: Problem, measured: Any, columns: object = None, quantity
     checked_quantity(quantity)
     file = path("measured", measured) if isinstance(measured, str | Path) else None
     if file is not None and not file.is_file():
-        raise InputError(Fault("measured", f"there is no file {file}"))
+        said = f"{file} is a folder" if file.is_dir() else f"there is no file {file}"
+        raise InputError(Fault("measured", said, remedy="give the file of what was measured" if file.is_dir() else ""))
     ending = "" if file is None else file.suffix.lower()
     if columns is not None and ending not in (".csv", ".mat", *UNIVERSAL):
         raise columns_fault()
@@ -493,6 +493,8 @@ def _of_functions(problem: Problem, measured: Any, columns: object, quantity: st
 
     dof, order, force = single_force(problem)
     functions, where = read_functions(measured, quantity, columns, dof)
+    if not functions:
+        raise InputError(Fault(where, "holds no frequency response functions"))
     known, checks = problem.structure.dofs, Gathering()
     for name in dict.fromkeys(name for function in functions for name in (function.output, function.point)):
         if name not in known:
