@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -147,11 +148,14 @@ def test_files_that_are_none(tmp_path: Path) -> None:
 
 def test_sizes_are_checked_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A small compressed file that grows, and a sparse one that claims what it does not hold, are not unpacked."""
-    many = zlib.compress(bytes(3_000_000), 9)
+    many = zlib.compress(bytes(30_000_000), 9)
     bomb = tmp_path / "bomb.mat"
     bomb.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + pack("<H", 0x100) + b"IM" + pack("<II", 15, len(many)) + many)
     monkeypatch.setattr(matlab_file, "_MOST_BYTES", 1_000_000)
+    tracemalloc.start()
     refused(bomb, "more than two gigabytes")
+    assert tracemalloc.get_traced_memory()[1] < 4_000_000  # of 30 MB
+    tracemalloc.stop()
     with h5py.File(tmp_path / "huge.mat", "w", userblock_size=512) as file:
         file.create_dataset("x", shape=(10**9,), dtype=float, chunks=(10**6,))
     refused(tmp_path / "huge.mat", "more than two gigabytes")
