@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -65,7 +66,8 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         try:
             fit = _call(row.table, path).made()
         except InputError as error:
-            gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in error.faults]
+            told = (replace(f, where=f.where[1:]) if f.where[:1] == (str(path),) else f for f in error.faults)
+            gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in told]
     if fit is None:
         return Described(made=True)
     if isinstance(fit, TabulatedStructure):

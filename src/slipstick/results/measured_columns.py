@@ -26,6 +26,7 @@ _MAP = 'names of columns by what they are, such as {"x": "Disp ch3"}'
 COLUMNS_OF = "a .csv or .mat file"
 """Files whose columns may be chosen by name."""
 _UNIT = re.compile(r"(.*\S)(?:\s*\[([^\[\]]*)\]|\s+\(([^()]*)\))")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _PLAIN = ("", "1", "-", "rad")
 _OMEGAS, _HERTZ = ("omega", "peak_omega"), ("frequency", "peak_frequency")
 _GRAVITY = 9.80665
@@ -283,7 +284,10 @@ def _is_unit(word: str) -> bool:
 
 def _bare(word: str) -> str:
     """A unit without its brackets, and with the name it has here."""
-    return word.strip().strip("[]()").strip().replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
+    word = word.strip()
+    if match := _BRACKETS.fullmatch(word):
+        word = match[1] or match[2] or ""
+    return word.strip().replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
 
 
 def _begin(lines: Sequence[str]) -> tuple[str, int]:
