@@ -212,15 +212,17 @@ class Branch(Solutions):
         return write_shape(self, path, point, frames=frames)
 
     def save_table(self, path: str | Path, table: str | None = None) -> Path:
-        """Write all numbers for other programs and return the path: a .csv file, a line for each point, or a .mat file.
+        """Write all numbers for other programs and return the path, by its ending: .csv, .xlsx, .mat or .uff.
 
-        Columns of a .csv file are named as ``displacement.x.c1 [m]``; a .mat file has every array under its name.
-        ``table="peaks"`` writes the located peaks of every dof instead.
+        A .csv file has a line for each point and columns such as ``displacement.x.c1 [m]``, an .xlsx file (Excel) a
+        sheet of it, a .mat file every array under its name. ``table="peaks"`` writes the located peaks of every dof
+        instead. A universal file (.uff, .unv) has the response functions of a frequency response, displacement per
+        force of each output, as data sets 58; the problem needs one force, on one dof and of one harmonic.
 
         Raises
         ------
         InputError
-            For another ending or table, and where the file cannot be written.
+            For another ending or table, results without response functions, and where the file cannot be written.
         """
         from slipstick.results.saved_table import write_table_of
 

@@ -65,6 +65,9 @@ AT = "[[contact]] 'joint'"
     ("law", "old", "new", "said"),
     [
         (IWAN, '"iwan"', '"iwann"', f"{AT} law: found \"iwann\"; {CHOICE}; did you mean 'iwan'?"),
+        (BOUC_WEN, 'law = "bouc_wen"\nkt = 30.0\nbeta', 'law = "bouc_wenn"\nmu = 0.3\nnormal_load = 1.0\nbetta',
+         f"{AT} law: found \"bouc_wenn\"; {CHOICE}; did you mean 'bouc_wen'?"),
+        (BOUC_WEN, "law =", "lwa =", f"unknown key 'lwa' in {AT}; did you mean 'law'?"),
         (IWAN, '"iwan"', '"masing"', f'{AT} law: found "masing"; {CHOICE}'),
         (IWAN, "chi =", "chy =", "unknown key 'chy' in [[contact]] 'joint'; did you mean 'chi'?"),
         (IWAN, "limit = 2.0\n", "", f"{AT} limit is missing; give a number > 0, the force while all slide"),

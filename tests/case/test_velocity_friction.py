@@ -36,5 +36,6 @@ def test_a_case_and_its_script_make_the_law(mu):
     ],
 )
 def test_what_it_cannot_be_is_said(mu, sentence):
-    with pytest.raises(ss.InputError, match=sentence):
+    with pytest.raises(ss.InputError, match=sentence) as caught:
         ss.Case.from_text(CASE.replace("MU", mu))
+    assert len(caught.value.faults) == 1

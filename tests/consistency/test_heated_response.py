@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +77,11 @@ def test_a_temperature_outside_its_table_stops_the_curve_with_a_sentence() -> No
     assert branch.outcome is Outcome.OUTSIDE_TABLE
     assert "the temperature of contact damper leaves its table, 25 to 120" in branch.dataset.attrs["outcome_text"]
     assert len(branch) == 0  # it is too hot from the first point on
+    units = {"length": "mm", "force": "N", "time": "s", "temperature": "K"}
+    named = replace(oscillator(50.0, thermal), units=units, told=None)
+    said = forced_response(named, omega=(2.0, 15.0)).message
+    assert "(at 2 rad/s: the temperature of contact damper leaves its table, 25 to 120 K: " in said
+    assert re.search(r"lies near \d+\.?\d* K \(power \S+ mW\)", said)
     later = forced_response(
         oscillator(10.0, ThermalModel(curve=short, background=25.0, resistance=0.05), 200.0), omega=(2.0, 15.0)
     )

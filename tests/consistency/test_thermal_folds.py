@@ -32,7 +32,7 @@ def oscillator(curve: FrictionCurve, load: float, velocity: float, resistance: f
 def jumps(branch: Branch) -> list[tuple[float, float, float]]:
     """(parameter, temperature before, after) of the first contact named at each jump, as the outcome says it."""
     text = branch.dataset.attrs["outcome_text"]
-    found = re.findall(r"(?:at |, )([\d.]+) \(temperature of \w+ from ([\d.]+) to ([\d.]+)", text)
+    found = re.findall(r"(?:at |, )([\d.]+)(?: rad/s)? \(temperature of \w+ from ([\d.]+) to ([\d.]+)", text)
     return [(float(p), float(a), float(b)) for p, a, b in found]
 
 

@@ -119,6 +119,7 @@ TOP: list[Row] = [
 ]
 STRUCTURE: list[Row] = [
     ("no kind", 'kind = "matrices"\n', "", "structure.kind", ('give one of "matrices"',)),
+    ("kind misspelt", "kind =", "kinde =", "structure.kinde", ("did you mean 'kind'?",)),
     ("an unknown kind", '"matrices"', '"matrix"', "structure.kind", ("did you mean 'matrices'?",)),
     ("stiffness misspelt", "stiffness =", "stifness =", "structure.stifness", ("did you mean 'stiffness'?",)),
     ("stiffness in capitals", "stiffness =", "Stiffness =", "structure.Stiffness", ("did you mean 'stiffness'?",)),

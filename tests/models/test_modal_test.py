@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from helpers.cases import measured as measured_case
 from helpers.faults import raises_fault
+from scipy.io import savemat
 
 import slipstick as ss
 from slipstick.case.case import Case
@@ -170,3 +171,21 @@ def test_a_case_of_a_measured_structure(tmp_path):
     (tmp_path / "case.toml").write_text((tmp_path / "case.toml").read_text().replace("rig.npz", "none.npz"))
     with raises_fault("structure", "file"):
         Case.from_file(tmp_path / "case.toml")
+
+
+def test_a_fault_in_the_file_of_a_case_is_told_at_its_key(tmp_path):
+    """A case with a MATLAB file: its matrix as functions, and a unit that is no receptance's."""
+    H = measured(("tip",)).receptance.values[:, :, 0]
+    savemat(tmp_path / "rig.mat", {"f": OMEGA / (2.0 * np.pi), "H": H})
+    columns = 'columns = { frequency = "f", "tip/tip" = "H(:,1)", "low/tip" = "H(:,3)", "root/tip" = "H(:,4) [UNIT]" }'
+    text = measured_case(to=6.0).replace("rig.npz", "rig.mat").replace("[structure]", f"[structure]\n{columns}")
+    case = tmp_path / "case.toml"
+    case.write_text(text.replace(" [UNIT]", ""))
+    found = Case.from_file(case).problem().structure
+    assert found.dofs == ("tip", "low", "root")
+    case.write_text(text.replace("UNIT", "(m/s^2)/N"))
+    with raises_fault("structure", "file", "root/tip", says=r"is in \(m/s\^2\)/N, which is acceleration"):
+        Case.from_file(case)
+    case.write_text(text.replace("H(:,4) [UNIT]", "H(:,5)"))
+    with raises_fault("structure", "columns", "root/tip", says=r"the columns are f, H \(600 x 4\)"):
+        Case.from_file(case)

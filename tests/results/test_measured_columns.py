@@ -11,6 +11,7 @@ import slipstick as ss
 from slipstick.analysis.identification.measured import dataset_of
 from slipstick.errors import InputError
 from slipstick.results.measured_columns import in_units, read_columns
+from slipstick.results.measured_receptances import Function, receptances
 from slipstick.units import Units
 
 RIG = """Test rig 7;run 12;operator AB
@@ -105,3 +106,16 @@ def test_receptances_of_a_test_rig(tmp_path: Path) -> None:
     bad = written(tmp_path / "mixed.csv", mixed)
     with pytest.raises(InputError, match="several units"):
         ss.models.modal_analysis(bad, columns=columns)
+
+
+def test_functions_in_units_that_no_structure_has(tmp_path: Path) -> None:
+    """Velocities and accelerations may stand beside displacements of the same length; g is no length."""
+    f = np.array([1.0, 2.0])
+    one = Function("x", "x", f, np.array([1.0 + 0j, 2.0]), "displacement", "m/N")
+    other = one._replace(output="y", values=-(f**2) * one.values, what="acceleration", unit="m/s^2/N")
+    table = receptances([one, other], "rig")
+    np.testing.assert_allclose(table.values[:, 0], table.values[:, 1], rtol=1e-14)
+    with pytest.raises(InputError, match="in several units"):
+        receptances([one, other._replace(unit="mm/s^2/N")], "rig")
+    with pytest.raises(InputError, match=r"export them in lengths, such as m/s\^2"):
+        receptances([other._replace(unit="g/N")], "rig")

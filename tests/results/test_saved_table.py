@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from helpers.oscillator import damper, one_mass
 from scipy.io import loadmat
 
 import slipstick as ss
+from slipstick.results import saved_table
 from slipstick.results.percentiles import curve_percentiles, peak_percentiles
 from slipstick.results.run_up import RunUp
 from slipstick.results.saved_table import matlab_names, tables_of, write_table
@@ -86,7 +88,7 @@ def test_peaks_of_a_branch(tmp_path: Path) -> None:
 
 
 def test_faults_of_tables(tmp_path: Path) -> None:
-    with raises_fault("table", says=r"\.csv or \.mat"):
+    with raises_fault("table", says=r"\.csv, \.mat"):
         reports.branch().save_table(tmp_path / "a.txt")
     with pytest.raises(ss.InputError, match="the table cannot be written"):
         reports.branch().save_table(tmp_path / "no" / "a.csv")
@@ -228,6 +230,47 @@ def test_names_in_matlab() -> None:
     assert "for" not in names
 
 
+def test_a_sheet_for_each_table(tmp_path: Path) -> None:
+    """The same names and numbers as in the CSV file; empty where a number is not finite; texts are no formulas."""
+    openpyxl = pytest.importorskip("openpyxl")
+    data = ss.transient(problem(), 9.0)
+    book = openpyxl.load_workbook(data.save_table(tmp_path / "a.xlsx"))
+    assert book.sheetnames == list(tables_of(data.dataset))
+    for name in book.sheetnames:
+        with data.save_table(tmp_path / "a.csv", name).open(encoding="utf-8", newline="") as file:
+            head, *rows = csv.reader(file)
+        own = list(book[name].values)
+        assert list(own[0]) == head
+        assert len(own) == len(rows) + 1
+        for row, texts in zip(own[1:], rows, strict=True):
+            for value, text in zip(row, texts, strict=True):
+                if value is None:
+                    assert text in ("nan", "")
+                elif value != text:  # 16 digits
+                    assert value == pytest.approx(float(text), rel=1e-15, abs=0.0)
+    assert openpyxl.load_workbook(data.save_table(tmp_path / "b.xlsx", "contact")).sheetnames == ["contact"]
+    odd = xarray.Dataset({"note": ("a[b]:" + "c" * 40, ["=1+1", "a\x01b"]), "x": ("d" * 40, [np.inf, 1.0])})
+    book = openpyxl.load_workbook(write_table(odd, tmp_path / "c.xlsx"))
+    assert all(len(name) <= 31 for name in book.sheetnames)
+    assert [cell.data_type for cell in book.worksheets[0]["A"]] == ["s"] * 3
+    assert [cell.value for cell in book.worksheets[0]["A"]][1:] == ["=1+1", "a b"]
+    assert [cell.value for cell in book.worksheets[1]["A"]][1:] == [None, 1]
+
+
+def test_excel_needs_a_writer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with raises_fault(says=r"pip install 'slipstick\[excel\]', or write a \.csv file"):
+        reports.branch().save_table(tmp_path / "a.xlsx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_than_a_sheet_holds_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("openpyxl")
+    monkeypatch.setattr(saved_table, "_MOST_ROWS", 3)
+    with raises_fault(says="more than a sheet of Excel has"):
+        reports.branch().save_table(tmp_path / "a.xlsx")
+
+
 def test_the_verb(tmp_path: Path) -> None:
     made = reports.branch()
     made.save(tmp_path / "results.nc")
@@ -237,4 +280,4 @@ def test_the_verb(tmp_path: Path) -> None:
     same(read(tmp_path / "a.csv")["amplitude"], read(made.save_table(tmp_path / "b.csv", "peaks"))["amplitude"])
     refused = called("table", tmp_path, tmp_path / "a.xls")
     assert refused.exit_code == 2
-    assert ".csv or .mat" in refused.output
+    assert ".csv, .mat, .xlsx or .uff" in refused.output

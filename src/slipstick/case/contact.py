@@ -35,7 +35,7 @@ from slipstick.case.table import (
     vector,
 )
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
-from slipstick.case.validation import ReadTable
+from slipstick.case.validation import ReadTable, close_key
 from slipstick.case.velocity_friction import Friction, is_over_velocity, velocity_arguments
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import Gathering
@@ -171,6 +171,8 @@ class LawTable(Table):
     name: str = Field(min_length=1, description='a name for the contact, such as "joint"')
     law: Annotated[str, PlainValidator(_law_name)] = Field(description='the name of a law such as "iwan"')
     rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
+    chosen_by: ClassVar[str] = "law"
+    of_all: ClassVar[tuple[str, ...]] = ("name", "rubbing")
     makes: ClassVar[str]
     neutral: ClassVar[Mapping[str, float]]
     parameters: ClassVar[tuple[str, ...]]
@@ -384,6 +386,10 @@ def contact_table(raw: RawTable) -> type[ContactTable | LawTable]:
     """Which table a ``[[contact]]`` block is."""
     if {"law", "ports"} & set(raw):
         return _law_table(raw)
+    known = {field.alias or name for name, field in SurfaceContactTable.model_fields.items()}
+    for key in set(raw) - known:
+        if close_key(key, ["law"]):
+            return _law_table({**raw, "law": raw[key]})
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor", "between"} & set(raw)
     )

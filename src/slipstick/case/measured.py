@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -22,7 +23,7 @@ class MeasuredTable(Table):
     """``[structure] kind = "measured"``."""
 
     kind: Literal["measured"]
-    file: str = Field(description="the name of a file of receptances: .unv, .uff, .csv, .npz, .nc")
+    file: str = Field(description="the name of a file of receptances: .unv, .uff, .csv, .mat, .npz, .nc")
     modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes are fitted")
     range: Frequencies | None = Field(
         default=None, description='two frequencies between which they are fitted, such as ["20 Hz", "400 Hz"]'
@@ -38,10 +39,11 @@ class MeasuredTable(Table):
     )
     smooth: bool | None = Field(default=None, description="true or false, whether noise is taken off the table")
     quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
-        default=None, description="what was measured, where the file does not say"
+        default=None,
+        description='"displacement", "velocity" or "acceleration": what was measured, if the file does not say',
     )
     columns: dict[str, str] | None = Field(
-        default=None, description='names of the columns of a .csv file such as { "tip/tip.re" = "Re H11" }'
+        default=None, description='names of the columns of a file such as { "tip/tip.re" = "Re H11" }'
     )
 
 
@@ -64,7 +66,8 @@ def _measured(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) ->
         try:
             fit = _call(row.table, path).made()
         except InputError as error:
-            gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in error.faults]
+            told = (replace(f, where=f.where[1:]) if f.where[:1] == (str(path),) else f for f in error.faults)
+            gathering.faults += [within(fault, tuple(MeasuredTable.model_fields)) for fault in told]
     if fit is None:
         return Described(made=True)
     if isinstance(fit, TabulatedStructure):

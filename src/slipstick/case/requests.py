@@ -494,7 +494,11 @@ class IdentifyTable(RequestTable):
     starts: int = Field(default=1, ge=1, le=10_000, description="a whole number >= 1, starts spread over the bounds")
     seed: int = Field(default=0, ge=0, description="a whole number >= 0, of that spread")
     columns: dict[str, str] | None = Field(
-        default=None, description='names of the columns of a .csv file such as { x = "Disp ch3" }'
+        default=None, description='names of the columns of a file such as { x = "Disp ch3" }'
+    )
+    quantity: Literal["displacement", "velocity", "acceleration"] | None = Field(
+        default=None,
+        description='"displacement", "velocity" or "acceleration": what was measured, if the file does not say',
     )
 
     def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:

@@ -221,6 +221,8 @@ def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Desc
         raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
     chosen, kind = structure_kind(raw), raw.get("kind")
     kinds = ", ".join(f'"{kind}"' for kind in STRUCTURES)
+    if kind is None and (close := [key for key in raw if close_key(key, ["kind"])]):
+        raise InputError(Fault(close[0], UNKNOWN_KEY, remedy="did you mean 'kind'?"))
     if kind is None:
         raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {kinds}"))
     if chosen is None:

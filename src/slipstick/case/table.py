@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import date, time
-from typing import Annotated, Any, TypeGuard
+from typing import Annotated, Any, ClassVar, TypeGuard
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
@@ -63,6 +63,11 @@ class Table(BaseModel):
         strict=True, extra="forbid", allow_inf_nan=False, frozen=True, populate_by_name=False,
         defer_build=True,  # tables that a case does not have need no validators
     )  # fmt: skip
+
+    chosen_by: ClassVar[str] = ""
+    """The key whose value says which further keys there are; where it is at fault these are not judged."""
+    of_all: ClassVar[tuple[str, ...]] = ()
+    """Keys that are judged then all the same."""
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:

@@ -53,6 +53,8 @@ def read_table(model: type[Table], raw: RawTable, where: Where) -> tuple[ReadTab
     faults_of_keys, meant = _model_faults(model, raw)
     faults = list(dict.fromkeys([*faults_of_keys, *model.cross_check(_as_meant(raw, meant))]))
     wrong = {fault.where for fault in faults} | set(meant.values())
+    if (model.chosen_by,) in wrong - set(meant.values()):
+        faults = [fault for fault in faults if fault.where[0] in (model.chosen_by, *model.of_all)]
     kept: dict[str, Any] = deepcopy(dict(raw))
     for place in wrong:
         _remove(kept, place)

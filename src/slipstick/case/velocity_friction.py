@@ -36,6 +36,8 @@ def _friction(value: object) -> Any:
 
     known = (TABLE, *_CURVE)
     faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]
+    if faults:  # what is missing may be what was misspelt
+        raise InputError(faults)
     if TABLE in value and (others := [key for key in _CURVE if key in value]):
         faults.append(Fault(TABLE, f"is given together with {', '.join(others)}", remedy="keep one"))
     else:

@@ -248,7 +248,7 @@ class RunUp:
         return motion_kind(x, v, float(self.dataset.attrs["start"]), self._size(dof, last))
 
     def save_table(self, path: str | Path, table: str | None = None) -> Path:
-        """Write numbers for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+        """Write numbers for other programs and return the path: a .csv file, one table, or .xlsx and .mat, all of them.
 
         ``table`` chooses: "period" (of a .csv file by default), "sample" (the motion), "change" (of contact states),
         and, made on request for all dofs, "envelope", "spectrum" and "spectrogram".

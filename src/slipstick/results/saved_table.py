@@ -1,4 +1,4 @@
-"""Results for other programs: CSV files, one table each, and MATLAB files with all arrays.
+"""Results for other programs: CSV files, one table each, Excel with a sheet for each, MATLAB files with all arrays.
 
 A dataset holds one table or several, each with its *rows*: the dimensions without text labels, such as ``point`` or
 ``period``, or all parameters of a grid, every combination a line. Labelled dimensions (``dof``, ``coefficient``) lie in
@@ -12,7 +12,9 @@ import csv
 from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 from keyword import iskeyword
+from math import isfinite
 from pathlib import Path
+from re import compile as pattern
 from re import sub
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +24,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
 from slipstick.replacing import replacing
+from slipstick.results.response_functions import write_functions
 from slipstick.results.schema import LARGEST
 from slipstick.results.view import names_of, unit_of
 from slipstick.units import MIXED, unit_of_dof
@@ -31,13 +34,18 @@ if TYPE_CHECKING:
 
     from slipstick.results.solutions import Solutions
 
-_ENDINGS = (".csv", ".mat")
+_ENDINGS = (".csv", ".mat", ".xlsx")
+_UNIVERSAL = (".uff", ".unv")
 _IN_COLUMNS = ("percentile", "harmonic")
+_UNPRINTABLE = pattern(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+"""What no sheet of Excel can hold."""
 _LONGEST = 63
 """Characters of a name in MATLAB."""
 _MATLAB_WORDS = frozenset(["case", "catch", "end", "function", "otherwise", "parfor", "persistent", "spmd", "switch"])
 _MOST_BYTES = 2**31 - 1
 """Of one array in a MATLAB 5 file."""
+_MOST_ROWS, _MOST_COLUMNS, _LONGEST_SHEET = 2**20 - 1, 2**14, 31
+"""Of a sheet: its rows below the names, its columns, characters of its name."""
 
 Made = Mapping[str, Callable[[], Any]]
 """Datasets by name that are computed on request."""
@@ -46,7 +54,8 @@ Made = Mapping[str, Callable[[], Any]]
 def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None, made: Made | None = None) -> Path:
     """Write a dataset, or one table of it, and return the path.
 
-    A .csv file has a line for each row and a column for each number, such as ``displacement.x.c1 [m]``. A .mat file
+    A .csv file has a line for each row and a column for each number, such as ``displacement.x.c1 [m]``. An .xlsx file
+    (Excel) has a sheet of this kind for each table. A .mat file
     (MATLAB 5, read by MATLAB, Octave and SciPy) has every array under its name, labels as cell arrays, a struct
     ``dimensions`` that says along which dimensions each lies, and a struct ``about`` with units, meanings, attributes
     and the names as they were: in MATLAB ``damper.mu`` is ``damper_mu``.
@@ -54,7 +63,7 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     Parameters
     ----------
     table
-        Which one: by default the first in a .csv file, all in a .mat file.
+        Which one: by default the first in a .csv file, all in an .xlsx or a .mat file.
     made
         Further tables, computed on request.
 
@@ -63,10 +72,12 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     InputError
         For another ending, a table that is not there, and where the file cannot be written.
     """
-    target = path_of("table", path, "the path of a file such as results.csv or results.mat")
+    target = _target(path)
     ending = target.suffix.lower()
-    if ending not in _ENDINGS:
-        raise wrong("table", str(target), "a name that ends with .csv or .mat")
+    if is_universal(target):
+        found, expected = f"{target}, of universal files", "the results of a frequency response"
+        remedy = "write a .csv, .mat or .xlsx file"
+        raise InputError(Fault("table", found=found, expected=expected, remedy=remedy))
     made, tables = made or {}, tables_of(data)
     if table is not None:
         table = text("table", table)
@@ -78,19 +89,39 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
             raise wrong("table", table, known or "none: there are no rows")
     if table is not None:
         data = _alone(data, tables[table])
-    elif not tables and ending == ".csv":
+    elif not tables and ending != ".mat":
         raise InputError(Fault("table", "there are no rows in these results", remedy="write a .mat file"))
-    rows = next(iter(tables.values()), ()) if table is None else tables[table]
+    chosen = tables if table is None else {table: tables[table]}
+    if ending == ".csv":
+        _written(target, lambda temporary: _csv(data, next(iter(chosen.values())), temporary))
+    elif ending == ".xlsx":
+        _written(target, lambda temporary: _xlsx(data, chosen, temporary))
+    else:
+        _written(target, lambda temporary: _mat(data, temporary))
+    return target
+
+
+def _target(path: str | Path) -> Path:
+    """The path of a file with an ending that can be written."""
+    target = path_of("table", path, "the path of a file such as results.csv or results.mat")
+    if target.suffix.lower() not in (*_ENDINGS, *_UNIVERSAL):
+        raise wrong("table", str(target), "a name that ends with .csv, .mat, .xlsx or .uff")
+    return target
+
+
+def is_universal(path: str | Path) -> bool:
+    """Whether a file is to hold response functions, whose forces the problem has."""
+    return Path(path).suffix.lower() in _UNIVERSAL
+
+
+def _written(target: Path, write: Callable[[Path], None]) -> None:
+    """Replace a file by a new one; InputError where that fails."""
     try:
         with replacing(target) as temporary:
-            if ending == ".csv":
-                _csv(data, rows, temporary)
-            else:
-                _mat(data, temporary)
+            write(temporary)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{target}: the table cannot be written ({reason}); choose another place") from None
-    return target
 
 
 def tables_of(data: xarray.Dataset) -> dict[str, tuple[str, ...]]:
@@ -118,6 +149,12 @@ def _alone(data: xarray.Dataset, rows: tuple[str, ...]) -> xarray.Dataset:
 
 def write_table_of(solutions: Solutions, path: str | Path, table: str | None = None) -> Path:
     """See ``Branch.save_table``."""
+    target = _target(path)
+    if is_universal(target):
+        if table is not None:
+            raise InputError(Fault("table", "a universal file holds response functions alone", remedy="leave it out"))
+        _written(target, lambda temporary: write_functions(solutions, temporary))
+        return target
     return write_table(solutions.dataset, path, table, {"peaks": lambda: _peaks(solutions)})
 
 
@@ -147,6 +184,53 @@ def _peaks(solutions: Solutions) -> xarray.Dataset:
 
 
 def _csv(data: xarray.Dataset, rows: tuple[str, ...], target: Path) -> None:
+    columns = _all_columns(data, rows)
+    with target.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([name for name, _ in columns])
+        writer.writerows(zip(*(values for _, values in columns), strict=True))
+
+
+def _xlsx(data: xarray.Dataset, tables: Mapping[str, tuple[str, ...]], target: Path) -> None:
+    """Numbers that are not finite are empty cells; texts are never taken for formulas."""
+    try:
+        from openpyxl import Workbook
+        from openpyxl.cell import WriteOnlyCell
+    except ImportError:
+        remedy = "pip install 'slipstick[excel]', or write a .csv file"
+        raise InputError(Fault(str(target), "is an Excel file, which openpyxl writes", remedy=remedy)) from None
+    book = Workbook(write_only=True)
+    for number, (name, rows) in enumerate(tables.items(), 1):
+        sheet = book.create_sheet(_sheet_name(name, number, len(tables)))
+        columns = _all_columns(data, rows)
+        size = len(columns[0][1]), len(columns)
+        if size[0] > _MOST_ROWS or size[1] > _MOST_COLUMNS:
+            said = f"{size[0]} rows and {size[1]} columns are more than a sheet of Excel has"
+            remedy = "write a .csv or a .mat file"
+            raise InputError(Fault(f"table, {name}", said, remedy=remedy))
+
+        def cell(value: Any, sheet: Any = sheet) -> Any:
+            if isinstance(value, str):
+                made = WriteOnlyCell(sheet, _UNPRINTABLE.sub(" ", value))
+                made.data_type = "s"
+                return made
+            return value if not isinstance(value, float) or isfinite(value) else None
+
+        sheet.append([cell(head) for head, _ in columns])
+        for row in zip(*(values for _, values in columns), strict=True):
+            sheet.append([cell(value) for value in row])
+    book.save(target)
+
+
+def _sheet_name(name: str, number: int, count: int) -> str:
+    """A name that Excel takes: at most 31 characters, none of []:*?/ and backslash, no two alike."""
+    plain = sub(r"[\[\]:*?/\\']", "_", name)
+    behind = f" {number}" if count > 1 and len(plain) > _LONGEST_SHEET else ""
+    return plain[: _LONGEST_SHEET - len(behind)] + behind
+
+
+def _all_columns(data: xarray.Dataset, rows: tuple[str, ...]) -> list[tuple[str, list[Any]]]:
+    """Name with unit, and values, of every column of a table."""
     columns: list[tuple[str, list[Any]]] = []
     sizes = {dim: data.sizes[dim] for dim in rows}
     for dim in rows:
@@ -157,10 +241,7 @@ def _csv(data: xarray.Dataset, rows: tuple[str, ...], target: Path) -> None:
         if name not in data.dims and (not data[name].dims or _rows(data, name) == rows):
             variable = data[name] if data[name].dims else data[name].expand_dims(sizes)
             columns += _columns(variable.transpose(*rows, ...), len(rows))
-    with target.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([name for name, _ in columns])
-        writer.writerows(zip(*(values for _, values in columns), strict=True))
+    return columns
 
 
 def _columns(variable: xarray.DataArray, rows: int) -> Iterator[tuple[str, list[Any]]]:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import wrong
-from slipstick.io.loading import load_dataset, load_table, require_branch
+from slipstick.io.loading import load, load_dataset, load_table, require_branch
 from slipstick.results.run_up import RunUp
-from slipstick.results.saved_table import write_table, write_table_of
+from slipstick.results.saved_table import is_universal, write_table, write_table_of
 from slipstick.results.solutions import Solutions
 from slipstick.results.table import is_dataset
 from slipstick.results.view import analysis_of
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 
 def save_table(results: Any, path: str | Path, table: str | None = None) -> Path:
-    """Write results for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+    """Write results for other programs and return the path: a .csv file, one table, or .xlsx and .mat, all of them.
+
+    Of a frequency response also .uff, its response functions: see ``Branch.save_table``.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def save_table(results: Any, path: str | Path, table: str | None = None) -> Path
     path
         The file to write; its ending says what it becomes.
     table
-        Which table: by default the first one in a .csv file, all in a .mat file. A table is called by its rows, such as
+        Which table: by default the first one in a .csv file, all in others. A table is called by its rows, such as
         "point" or "peaks" of a branch, "period" or "envelope" of a run-up, "parameter" of a fit; a wrong name lists
         them. Of a study in a folder "curves" has all curves, one after another, with the number and the parameters of
         the case in each line.
@@ -74,7 +76,7 @@ def _of_file(given: Path, path: str | Path, table: str | None) -> Path:
     analysis = analysis_of(found)
     if analysis not in ("study", "curves", "run_up", "identify"):
         require_branch(found, file)
-        return write_table_of(Solutions.from_dataset(found), path, table)
+        return write_table_of(load(file) if is_universal(path) else Solutions.from_dataset(found), path, table)
     data = found.to_dataset()
     if analysis == "run_up":
         return RunUp(data).save_table(path, table)

@@ -26,6 +26,7 @@ from slipstick.contact.power import Power
 from slipstick.errors import Fault
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
+from slipstick.units import Units
 
 _TOLERANCE = 1e-12
 """Relative Newton step at which an equilibrium is found."""
@@ -285,17 +286,18 @@ class Carried:
         """Whether there is no equilibrium near the values of the neighbouring solution."""
         return not self.converged
 
-    def fault(self) -> str | None:
-        """One sentence where the values are beyond the limits, and so no result."""
+    def fault(self, units: Units | None = None) -> str | None:
+        """One sentence where the values are beyond the limits, and so no result; with ``units`` of the problem."""
         state = self.state
         outside = np.flatnonzero(np.clip(self.values, *state.limits) != self.values)
         if not outside.size:
             return None
         i = int(outside[0])
         low, high = (np.broadcast_to(limit, self.values.size)[i] for limit in state.limits)
+        unit = "" if units is None else units.after(state.variable.units)
         return (
-            f"the {state.variable.long_name} of contact {state.names[i]} leaves its range, {low:g} to {high:g}: "
-            f"it would be {self.values[i]:.4g}"
+            f"the {state.variable.long_name} of contact {state.names[i]} leaves its range, {low:g} to {high:g}{unit}: "
+            f"it would be {self.values[i]:.4g}{unit}"
         )
 
 

@@ -26,6 +26,7 @@ from slipstick.solve.newton import NewtonOptions, NewtonResult, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
+from slipstick.units import Units
 
 _REST = 1e-8
 """Rate over the span of the states at which they have relaxed, and tolerance of the integration."""
@@ -142,6 +143,9 @@ class Jump:
     after: Detail
     turned: bool
     """Whether the branch turned back there."""
+    units: Units
+    of_frequency: bool
+    """Whether the parameter is the frequency."""
 
     @property
     def beyond_fold(self) -> bool:
@@ -160,14 +164,15 @@ class Jump:
     def text(self) -> str:
         """The parameter and the values before and after, of the contacts that change most."""
         pairs = zip(self.before.states, self.after.states, strict=True)
-        changes = [_change(old, new) for old, new in pairs if not new.state.slow]
-        return f"{self.parameter:.6g} ({'; '.join(changes)})"
+        changes = [_change(old, new, self.units) for old, new in pairs if not new.state.slow]
+        unit = f" {self.units.angular}" if self.of_frequency else ""
+        return f"{self.parameter:.6g}{unit} ({'; '.join(changes)})"
 
 
-def _change(old: Carried, new: Carried) -> str:
+def _change(old: Carried, new: Carried, units: Units) -> str:
     before, after, names = old.values, new.values, new.state.names
-    order = np.argsort(-np.abs(after - before), kind="stable")
-    changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}" for i in order[:3]]
+    order, unit = np.argsort(-np.abs(after - before), kind="stable"), units.after(new.state.variable.units)
+    changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}{unit}" for i in order[:3]]
     more = f" and {len(names) - 3} more" if len(names) > 3 else ""
     return f"{new.state.variable.name} of {', '.join(changes)}{more}"
 
@@ -226,6 +231,8 @@ class StateContinuation(Iterator[Step]):
     ) -> None:
         self._balance: Balance = system.balance
         self._system, self._ends, self._options = system, (start, stop), options
+        self._of_frequency = isinstance(system, FrequencySystem)
+        self._unit = f" {self._balance.problem.units.angular}" if self._of_frequency else ""
         self._together = not each and evaluated_together(self._balance)
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
@@ -287,9 +294,9 @@ class StateContinuation(Iterator[Step]):
                     continue  # rounding of a very small motion: the branch goes on
                 if self.residual > UNSOLVED:
                     outcome = Outcome.STEP_TOO_SMALL
-                    message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {self.residual:.0e})"
+                    message = f"{outcome.text} (at {step.parameter:g}{self._unit}: rounding leaves {self.residual:.0e})"
                     break
-                if self._out_of_range(step.evaluation.detail, f"at {step.parameter:g}: "):
+                if self._out_of_range(step.evaluation.detail, f"at {step.parameter:g}{self._unit}: "):
                     return
                 if jumped:
                     step.kind, jumped = "regular", False
@@ -345,7 +352,10 @@ class StateContinuation(Iterator[Step]):
             if rest is None:
                 continue
             x, there = rest
-            jump = Jump(parameter=fold.parameter, before=here, after=there, turned=turned)
+            jump = Jump(
+                parameter=fold.parameter, before=here, after=there, turned=turned, units=self._balance.problem.units,
+                of_frequency=self._of_frequency,
+            )  # fmt: skip
             if self._out_of_range(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
                 return False
             if jump.far if turned else jump.beyond_fold:
@@ -361,7 +371,7 @@ class StateContinuation(Iterator[Step]):
     def _out_of_range(self, detail: Detail, where: str) -> bool:
         """Whether a contact state has left its valid range, which ends the branch."""
         for carried in detail.states:
-            if fault := carried.fault():
+            if fault := carried.fault(self._balance.problem.units):
                 self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{carried.state.left} ({where}{fault})"
                 return True
         return False

@@ -131,7 +131,7 @@ class Identification:
         return self.values[name] - half, self.values[name] + half
 
     def save_table(self, path: str | Path, table: str | None = None) -> Path:
-        """Write the dataset for other programs and return the path: a .csv file, one table, or a .mat file, all of it.
+        """Write the dataset for other programs and return the path: .csv, one table, or .xlsx and .mat, all of it.
 
         ``table`` chooses: "parameter" (of a .csv file by default: values, standard errors, correlations), "point"
         (measured and fitted numbers) or "rank" (singular values).

@@ -40,6 +40,7 @@ def identify(
     starts: int = 1,
     seed: int = 0,
     columns: Mapping[str, str] | None = None,
+    quantity: str | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> Identification:
     """Fit named parameters to what was measured: frequency responses, loops, backbones, time series.
@@ -49,7 +50,7 @@ def identify(
     problem
         What vibrates; parameters that are not sought have its values.
     measured
-        An ``xarray.Dataset``, or the path of a .nc or .csv file, with one of:
+        An ``xarray.Dataset``, or the path of a .nc, .csv or .mat file, with one of:
 
         - ``displacement(omega, dof, coefficient)``, coefficients labelled "0", "c1", "s1", ...: those measured.
           Complex numbers ``z(omega, dof)``, of ``Re(z e^{i tau})``, will do, with a dimension ``harmonic`` for others
@@ -77,6 +78,10 @@ def identify(
           is fitted in time, from an initial state that is found along, where the contacts' laws tell a rate and have
           no states, and the state has 24 numbers at most.
 
+        - ``receptance(omega, output, input)``, ``mobility`` or ``accelerance``, complex, as ``modal_analysis`` reads
+          them, also from universal files (.unv, .uff): the motion per force, times the force of the problem. The
+          problem needs one force, on one dof and of one harmonic; functions by forces elsewhere are left out.
+
         The two numbers of a backbone are each compared by their own size; their noise is in ``peak_omega_noise`` and
         ``peak_amplitude_noise``, ``omega_noise`` and ``modal_damping_noise``.
 
@@ -85,7 +90,9 @@ def identify(
         ``peak_frequency``, Hz), ``modal_amplitude`` and the others; or ``time``, s, with names of dofs. Files of test
         rigs are read too: lines of their own before the names, semicolons or tabs with decimal commas, and units, in
         brackets after the names or in a line below them: frequencies, and lengths, forces and times, which are
-        converted to the units of the problem.
+        converted to the units of the problem. Columns of a .mat file (MATLAB, any version from 5 on) are its vectors,
+        of matrices ``H(:,2)``, of structs ``rig.f``; complex numbers of a dof are ``z`` of ``Re(z e^{i tau})``. Names
+        with a slash are response functions: ``tip/root`` is the motion of tip by a force on root.
     parameters
         Values to begin at by names as of ``parameter_response``; names alone begin at the problem's values.
     bounds
@@ -104,8 +111,12 @@ def identify(
     seed
         Of the spread.
     columns
-        Of a .csv file with other names: what the columns are, ``{"x": "Disp ch3", "frequency": "f"}``; these alone are
-        read.
+        Of a file with other names: what its columns are, ``{"x": "Disp ch3", "frequency": "f"}``; these alone are
+        read. Of a universal file what its functions are, ``{"x": "n2x/n1x"}``. A unit may stand behind a name,
+        ``{"x": "disp [mm]"}``, where the file has none.
+    quantity
+        "velocity" or "acceleration": what of a vibration was measured, where it is no displacement and the file does
+        not say so.
     listeners
         Told of each evaluation: ``listeners=ss.Progress()``. After Ctrl-C, or where one of them ends it, the result has
         the best values so far, if a step was made, and says so.
@@ -146,8 +157,8 @@ def identify(
     >>> {name: round(value, 8) for name, value in fit.values.items()}
     {'damper.kt': 100.0, 'damper.mu': 0.3}
     """
-    if columns is not None:
-        measured = dataset_of(problem, measured, columns)
+    if columns is not None or quantity is not None:
+        measured = dataset_of(problem, measured, columns, quantity)
     request = fit_request(problem, measured, parameters, bounds, noise, relative_noise, starts, seed, listeners)
     told = [*product_warnings(problem, request.names), *request.measured.notes]
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,17 +15,28 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, enumerated, names, numbers, path, shown, suggestion, whole, wrong
 from slipstick.quantities import FREQUENCIES
-from slipstick.results.measured_columns import in_units, read_columns
+from slipstick.results.measured_columns import Columns, in_units, read_columns, require_quantity, unit_factor
+from slipstick.results.measured_receptances import (
+    QUANTITIES,
+    UNIVERSAL,
+    Function,
+    checked_quantity,
+    columns_fault,
+    has_functions,
+    read_functions,
+    receptances,
+)
+from slipstick.results.response_functions import single_force
 from slipstick.results.table import foreign_dataset, is_dataset
-from slipstick.typing import Array
+from slipstick.typing import AnyArray, Array
 
 if TYPE_CHECKING:
     import xarray
 
 _EXPECTED = (
     "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), displacement "
-    "and force over the tau of loops, with peak_omega and peak_amplitude, with modal_amplitude, omega and "
-    "modal_damping, or with displacement(time, dof), or the path of a .nc or .csv file with these"
+    "and force over the tau of loops, peak_omega and peak_amplitude, modal_amplitude, omega and modal_damping, "
+    "displacement(time, dof) or receptance(omega, output, input); or a .nc, .csv, .mat, .unv or .uff file"
 )
 
 
@@ -36,20 +48,45 @@ def conditions_at(
     return problem.at_parameters({**dict(zip(names, p, strict=True)), **set_there})
 
 
-def dataset_of(problem: Problem, measured: Any, columns: object = None) -> xarray.Dataset:
-    """A dataset, given or read from a file; raises InputError for anything else."""
-    if isinstance(measured, str | Path):
-        measured = read_file(problem, path("measured", measured), columns)
-    elif columns is not None:
-        raise InputError(Fault("columns", "are those of a .csv file", remedy="leave them out"))
+def dataset_of(problem: Problem, measured: Any, columns: object = None, quantity: str | None = None) -> xarray.Dataset:
+    """A dataset of displacements, given or read from a file; raises InputError for anything else.
+
+    ``quantity`` says what was measured instead: "velocity" or "acceleration".
+    """
+    checked_quantity(quantity)
+    file = path("measured", measured) if isinstance(measured, str | Path) else None
+    if file is not None and not file.is_file():
+        said = f"{file} is a folder" if file.is_dir() else f"there is no file {file}"
+        raise InputError(Fault("measured", said, remedy="give the file of what was measured" if file.is_dir() else ""))
+    ending = "" if file is None else file.suffix.lower()
+    if columns is not None and ending not in (".csv", ".mat", *UNIVERSAL):
+        raise columns_fault()
+    if file is not None:
+        if ending in (*UNIVERSAL, ".npz"):
+            return _of_functions(problem, file, columns, quantity)
+        if ending == ".nc":
+            measured = foreign_dataset(file)
+        else:
+            found = read_columns(file, columns)
+            if any("/" in name for name in found.values):
+                return _of_functions(problem, file, columns, quantity)
+            measured = _of_columns(problem, file, found, quantity)
     if not is_dataset(measured):
         raise wrong("measured", measured, _EXPECTED)
-    return measured
+    if has_functions(measured):
+        return _of_functions(problem, measured, None, quantity)
+    return measured if quantity is None else measured.assign_attrs(quantity=quantity)
 
 
 def read_measured(problem: Problem, measured: Any) -> Measured:
     """A measurement, as users give it, for a problem; raises InputError where it does not fit the problem."""
     measured = dataset_of(problem, measured)
+    quantity = measured.attrs.get("quantity", "displacement")
+    checked_quantity(quantity)
+    return _integrated(problem, _of_kind(problem, measured), quantity)
+
+
+def _of_kind(problem: Problem, measured: Any) -> Measured:
     if "time" in measured.dims or "time" in measured.variables:
         from slipstick.analysis.identification.series import periodic_or_decaying
 
@@ -450,21 +487,78 @@ def _series(problem: Problem, tau: Array) -> Array:
     return H
 
 
-def read_file(problem: Problem, file: Path, columns: object = None) -> xarray.Dataset:
-    """Dataset from a netCDF file, or from a CSV file with the columns described in ``identify``."""
-    if not file.is_file():
-        raise InputError(Fault("measured", f"there is no file {file}"))
-    if file.suffix == ".nc":
-        if columns is not None:
-            raise InputError(Fault("columns", "are those of a .csv file", remedy="leave them out"))
-        return foreign_dataset(file)
-    return _from_csv(problem, file, columns)
-
-
-def _from_csv(problem: Problem, file: Path, columns: object) -> xarray.Dataset:
+def _of_functions(problem: Problem, measured: Any, columns: object, quantity: str | None) -> xarray.Dataset:
+    """Frequency response functions as the motion by the force of the problem, complex, in its units."""
     import xarray
 
-    found = read_columns(file, columns)
+    dof, order, force = single_force(problem)
+    functions, where = read_functions(measured, quantity, columns, dof)
+    if not functions:
+        raise InputError(Fault(where, "holds no frequency response functions"))
+    known, checks = problem.structure.dofs, Gathering()
+    for name in dict.fromkeys(name for function in functions for name in (function.output, function.point)):
+        if name not in known:
+            found = f"there is no dof {shown(name)}; the functions are {_pairs(functions)}"
+            remedy = f'say which are which: columns = {{ "{known[0]}" = "{functions[0].output}/{functions[0].point}" }}'
+            checks.faults.append(Fault((where,), found, remedy=remedy))
+            break
+    checks.end()
+    kept = [function for function in functions if function.point == dof]
+    if not kept:
+        expected = f"functions by a force on {dof}, where the load is"
+        raise InputError(Fault(where, found=_pairs(functions), expected=expected))
+    factors = [
+        checks.inside((where,), unit_factor, f"{one.output}/{one.point}", one.unit, problem.units) if one.unit else 1.0
+        for one in kept
+    ]
+    checks.end()
+    in_units_of = [one._replace(values=one.values * (f or 1.0), unit="") for one, f in zip(kept, factors, strict=True)]
+    table = receptances(in_units_of, where)
+    notes = []
+    if len(kept) < len(functions):
+        others = enumerated(sorted({function.point for function in functions} - {dof}))
+        notes = [f"response functions by forces on {others} are left out: the load is on {dof}"]
+    z = force * table.values
+    return xarray.Dataset(
+        {"displacement": (("point", "dof", "harmonic"), z[..., None]), "omega": ("point", table.omega / order)},
+        coords={"dof": [table.dofs[k] for k in table.rows], "harmonic": [order]}, attrs={"notes": "; ".join(notes)},
+    )  # fmt: skip
+
+
+def _pairs(functions: Sequence[Function]) -> str:
+    return enumerated([f"{function.output}/{function.point}" for function in functions])
+
+
+def _integrated(problem: Problem, measured: Measured, quantity: str) -> Measured:
+    """Displacements, if velocities or accelerations of a steady vibration were measured."""
+    order = QUANTITIES[quantity]
+    if not order:
+        return measured
+    orders = np.array(problem.harmonics.orders[1:], dtype=float)
+    found = measured.integrated(orders, order) if isinstance(measured, Vibration) else None
+    if found is None:
+        expected = "displacements, unless it is a vibration at given frequencies"
+        raise InputError(Fault("quantity", found=f'"{quantity}"', expected=expected))
+    assert isinstance(measured, Vibration)
+    notes = measured.notes
+    if measured.of_amplitude:
+        words = "velocities over omega" if order == 1 else "accelerations over omega^2"
+        notes = (*notes, f"amplitudes are those of {words}: that is right for harmonic 1 alone; give coefficients if "
+                         "there are others")  # fmt: skip
+    noise = measured.noise
+    if noise is not None:
+        of_harmonic = np.array([np.inf, *np.repeat(orders, 2)]) if not measured.of_amplitude else np.ones(1)
+        omega = measured.omega.reshape(-1, *(1,) * (noise.ndim - 1))
+        noise = noise / (of_harmonic * omega) ** order
+        noise = np.where(noise > 0.0, noise, np.nan)
+    return replace(found, noise=noise, notes=notes)
+
+
+def _of_columns(problem: Problem, file: Path, found: Columns, quantity: str | None = None) -> xarray.Dataset:
+    """Dataset from the columns described in ``identify``."""
+    import xarray
+
+    require_quantity(file, found, quantity)
     column, head = in_units(file, found, problem.units), found.names
     if "frequency" in column:
         column["omega"] = 2.0 * np.pi * column.pop("frequency")
@@ -474,12 +568,17 @@ def _from_csv(problem: Problem, file: Path, columns: object) -> xarray.Dataset:
         return _loops_of(column)
     if "time" in column or "peak_omega" in column or "modal_amplitude" in column:
         return _along(column, problem)
+    for name, values in column.items():
+        if np.iscomplexobj(values) and name not in problem.structure.dofs:
+            raise _columns_fault(problem, file, head, "has complex numbers and is no dof, no response function", name)
     point: dict[str, Any] = {}
-    amplitudes, coefficients = {}, {}
+    amplitudes, coefficients = {}, dict[tuple[str, str], Array]()
     known = _labels(problem)
     for name, values in column.items():
         dof, _, label = name.rpartition(".")
-        if name in problem.structure.dofs:
+        if name in problem.structure.dofs and np.iscomplexobj(values):
+            coefficients |= {(name, "c1"): values.real, (name, "s1"): -values.imag}
+        elif name in problem.structure.dofs:
             amplitudes[name] = values
         elif dof in problem.structure.dofs and label in known:
             coefficients[dof, label] = values
@@ -509,12 +608,13 @@ def _columns_fault(problem: Problem, file: Path, head: Sequence[str], statement:
         Fault(
             (str(file), name) if name else str(file), f"{statement}; the columns are {enumerated(head)}",
             expected=f"omega (rad/s) or frequency (Hz), and dofs such as {x}, or {x}.c1 and {x}.s1",
-            remedy=hint if hint.startswith("did you") else f"dofs are {enumerated(dofs)}",
+            remedy=hint if hint.startswith("did you") else
+            f'say which are which: columns = {{ frequency = "f", "{x}" = "Disp" }}; dofs are {enumerated(dofs)}',
         )
     )  # fmt: skip
 
 
-def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:
+def _along(column: Mapping[str, AnyArray], problem: Problem) -> xarray.Dataset:
     """Dataset of a time series, or of the points of a backbone, in rows."""
     import xarray
 
@@ -535,7 +635,7 @@ def _along(column: Mapping[str, Array], problem: Problem) -> xarray.Dataset:
     return xarray.Dataset(data, coords={"time": column["time"]})
 
 
-def _loops_of(column: Mapping[str, Array]) -> xarray.Dataset:
+def _loops_of(column: Mapping[str, AnyArray]) -> xarray.Dataset:
     """Dataset of loops with equal numbers of samples, in rows."""
     import xarray
 

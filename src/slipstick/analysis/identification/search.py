@@ -87,12 +87,12 @@ def changes(measured: Measured, orders: Array) -> Iterator[Change]:
                 measured=changed, words=f"taken at frequencies divided by {factor:.4g}",
                 remedy=f"check whether frequencies in rad/s were taken for {unit}",
             )  # fmt: skip
-    for order, name in ((1, "velocities"), (2, "accelerations")):
+    for order, name, quantity in ((1, "velocities", "velocity"), (2, "accelerations", "acceleration")):
         for one, words, more in ((measured, "", ""), (conjugated, "conjugated and ", f"; {sign}")):
             if one is not None and (changed := one.integrated(orders, order)) is not None:
                 yield Change(
                     measured=changed, words=f"{words}taken for {name}",
-                    remedy=f"check whether they are {name}: displacements are compared{more}",
+                    remedy=f'displacements are compared: if they are {name}, say quantity = "{quantity}"{more}',
                 )  # fmt: skip
 
 

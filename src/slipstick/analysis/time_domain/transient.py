@@ -135,7 +135,7 @@ class TransientResult:
         return xarray.Dataset(data, coords, {**said, "error": self.error, **self.units.attributes})
 
     def save_table(self, path: str | Path, table: str | None = None) -> Path:
-        """Write numbers for other programs and return the path: a .csv file, one table, or a .mat file, all of them.
+        """Write numbers for other programs and return the path: a .csv file, one table, or .xlsx and .mat, all of them.
 
         ``table`` chooses: "time" (of a .csv file by default), "dof", "contact" (power and fractions) or "change".
 

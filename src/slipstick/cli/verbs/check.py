@@ -81,7 +81,11 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
         answer["cases"] = len(case.plan)
         answer["warnings"] += _complained(case.plan.warnings)
     for name in case.further:
-        say(f"[{name}]: 'slipstick {command_name(name)} {path}' computes it; 'slipstick run' computes [response] alone")
+        data = " DATA" if name == "identify" else ""
+        say(
+            f"[{name}]: 'slipstick {command_name(name)} {path}{data}' computes it; "
+            "'slipstick run' computes [response] alone"
+        )
     if case.parameter is None:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 def data_files(incomplete: str) -> list[str]:
     """Files of measurements, and folders on the way to them."""
-    return files(incomplete, (".nc", ".csv"))
+    return files(incomplete, (".nc", ".csv", ".mat", ".unv", ".uff"))
 
 
 @verb
@@ -43,7 +43,10 @@ def identify(
     data: Annotated[
         Path,
         typer.Argument(
-            metavar="DATA", help="What was measured, .nc or .csv.", show_default=False, autocompletion=data_files
+            metavar="DATA",
+            help="What was measured: .csv, .nc, .mat (MATLAB), .unv or .uff.",
+            show_default=False,
+            autocompletion=data_files,
         ),
     ],
     output: Annotated[Path | None, folder_option("CASE-identify")] = None,
@@ -71,7 +74,7 @@ def identify(
         found = quietly(
             identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
             relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, columns=table.columns,
-            listeners=listeners,
+            quantity=table.quantity, listeners=listeners,
         )  # fmt: skip
     for sentence in found.warnings:
         warn_user(sentence)

@@ -1,4 +1,4 @@
-"""The verb ``table``: results as CSV or MATLAB files."""
+"""The verb ``table``: results as CSV, Excel, MATLAB or universal files."""
 
 from __future__ import annotations
 
@@ -24,13 +24,15 @@ def table(
             autocompletion=results_files,
         ),
     ],
-    output: Annotated[Path, typer.Argument(metavar="FILE", help="The file to write, such as out.csv or out.mat.")],
+    output: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The file to write: out.csv, out.xlsx, out.mat or out.uff.")
+    ],
     name: Annotated[
         str | None,
         typer.Option("--table", metavar="NAME", help='Which table, such as "peaks"; a wrong name lists them.'),
     ] = None,
 ) -> None:
-    """Write results for other programs: a table as .csv, or all arrays as .mat (MATLAB, Octave)."""
+    """Write results for other programs: .csv, .xlsx (Excel), .mat (MATLAB, Octave), .uff (response functions)."""
     from slipstick.runs.tables import save_table
 
     written = save_table(results, output, name)

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.typing import Array, BoolArray
+from slipstick.units import Units, after_number, power_unit
 
 PowerFunction = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to powers (n,) and their derivatives by the own temperature (n,)."""
@@ -69,7 +70,7 @@ class Equilibrium:
         """Whether the body stays there: every eigenvalue of ``R dEdot/dT`` is below 1."""
         return is_stable(self.resistance, self.dpower_dT)
 
-    def problem(self, names: Sequence[str] | None = None) -> str | None:
+    def problem(self, names: Sequence[str] | None = None, units: Units | None = None) -> str | None:
         """One sentence where this equilibrium is no result, else None; ``names`` are those of the contacts."""
         if not self.converged:
             return "no thermal equilibrium was found: lower the power or the thermal resistance, or smooth the tables"
@@ -77,9 +78,11 @@ class Equilibrium:
             return None
         i = int(np.flatnonzero(self.outside)[0])
         low, high = self.limits[0][i], self.limits[1][i]
+        of = Units() if units is None else units
+        unit, watt = of.after("temperature"), after_number(power_unit(of.label("force length/time")))
         return (
-            f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}: the equilibrium "
-            f"lies near {self.temperature[i]:.4g} (power {self.power[i]:.4g})"
+            f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}{unit}: the "
+            f"equilibrium lies near {self.temperature[i]:.4g}{unit} (power {self.power[i]:.4g}{watt})"
         )
 
 

@@ -19,6 +19,7 @@ from slipstick.state.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.state.thermal.friction_curve import FrictionCurve
 from slipstick.state.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
 from slipstick.typing import Array, Reals
+from slipstick.units import Units
 
 TEMPERATURE = StateVariable("temperature", "temperature", "contact temperature")
 
@@ -224,9 +225,9 @@ class Heat(Carried):
         equilibrium = self.equilibrium
         return equilibrium.jumped or (equilibrium.near and not equilibrium.converged)
 
-    def fault(self) -> str | None:
-        """One sentence where the equilibrium is no result."""
-        return self.equilibrium.problem(self.state.names)
+    def fault(self, units: Units | None = None) -> str | None:
+        """One sentence where the equilibrium is no result; with ``units`` of the problem."""
+        return self.equilibrium.problem(self.state.names, units)
 
 
 @dataclass(frozen=True, kw_only=True)
