@@ -72,10 +72,13 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
             if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
                 numbers.set_powerlimits((-3, 5))
     for axis, label in ((ax.xaxis, x_label), (ax.yaxis, y_label)):
+        numbers = axis.get_major_formatter()
+        if isinstance(numbers, Lengths) and label in numbers.texts:  # of axes that are drawn: in millimetres, say
+            label = numbers.label
         axis.set_label_text(label, parse_math=False)
-        if label.endswith(METRES) and isinstance(axis.get_major_formatter(), (ScalarFormatter, Lengths)):
-            axis.set_major_formatter(Lengths(label, getattr(axis.get_major_formatter(), "largest", 0.0)))
-        elif isinstance(axis.get_major_formatter(), Lengths):
+        if label.endswith(METRES) and isinstance(numbers, (ScalarFormatter, Lengths)):
+            axis.set_major_formatter(Lengths(label, getattr(numbers, "largest", 0.0)))
+        elif isinstance(numbers, Lengths):
             axis.set_major_formatter(ScalarFormatter())
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     ax.set_axisbelow(True)
