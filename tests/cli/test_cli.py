@@ -500,6 +500,43 @@ def test_examples_never_overwrite(tmp_path: Path) -> None:
     assert slipstick("init", "oscillator", path).exit_code == 2
 
 
+def test_examples_share_a_folder_and_the_files_they_need(tmp_path: Path) -> None:
+    assert slipstick("init", "blade_reduced", tmp_path).exit_code == 0
+    second = slipstick("init", "blade_reduced_no_rub", tmp_path)
+    assert (second.exit_code, f"kept {tmp_path / 'blade_reduced.npz'}, the same" in told(second)) == (0, True)
+    (tmp_path / "blade_reduced.npz").write_bytes(b"mine")
+    refused = slipstick("init", "blade_reduced_hot_rub", tmp_path)
+    assert (refused.exit_code, (tmp_path / "blade_reduced.npz").read_bytes()) == (2, b"mine")
+    assert f"{tmp_path / 'blade_reduced.npz'}: is there already" in told(refused)
+    assert not (tmp_path / "blade_reduced_hot_rub.toml").exists()
+
+
+def test_an_example_that_cannot_be_written_leaves_no_part_of_it(tmp_path: Path, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("slipstick.replacing._sync", full)
+    refused = slipstick("init", "blade_reduced", tmp_path)
+    assert (refused.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "cannot be written (no space left on device)" in told(refused)
+
+
+@pytest.mark.parametrize(
+    "example, verb", [("oscillator", "run"), ("brake_squeal", "cycles"), ("worn_shroud", "wear")]
+)  # fmt: skip
+def test_what_comes_next_is_the_verb_that_an_example_is_for(example: str, verb: str, tmp_path: Path) -> None:
+    assert f"next: slipstick {verb} {tmp_path / example}.toml" in told(slipstick("init", example, tmp_path))
+
+
+def test_the_verb_of_a_table_is_one_that_there_is(tmp_path: Path) -> None:
+    table = "\n[run_up]\nfrom = 4.0\nto = 15.0\nrate = 0.05\n"
+    path = case(tmp_path, GOOD + table)
+    said = [told(slipstick("check", path)), told(slipstick("run", path, "-o", tmp_path / "out", "--no-report"))]
+    for text in said:
+        verb = text.split("[run_up]")[1].split("'slipstick ")[1].split()[0].strip("';")
+        assert slipstick(verb, "--help").exit_code == 0, verb
+
+
 @pytest.mark.parametrize(
     "name", ["periodic_rub", *(pytest.param(n, marks=pytest.mark.verify) for n in ("oscillator", "opening_contact"))]
 )

@@ -85,6 +85,15 @@ _JSON = inspect.Parameter(
 )
 
 
+def verb_of(table: str) -> str:
+    """The verb that computes what a table of a case asks for, as it is typed.
+
+    >>> verb_of("run_up")
+    'run-up'
+    """
+    return table.replace("_", "-")
+
+
 def verb(function: Callable[..., int | None]) -> Callable[..., None]:
     """Make a function a verb: its docstring is the help, its parameters are arguments and options.
 

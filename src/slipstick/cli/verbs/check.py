@@ -21,7 +21,7 @@ from slipstick.balance.contact_words import (
 from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
-from slipstick.cli.verb import verb
+from slipstick.cli.verb import verb, verb_of
 from slipstick.html import some
 from slipstick.units import after_number
 
@@ -81,7 +81,7 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
         answer["cases"] = len(case.plan)
         answer["warnings"] += _complained(case.plan.warnings)
     for name in case.further:
-        say(f"[{name}]: 'slipstick {name} {path}' computes it; 'slipstick run' computes [response] alone")
+        say(f"[{name}]: 'slipstick {verb_of(name)} {path}' computes it; 'slipstick run' computes [response] alone")
     if case.parameter is None:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
