@@ -14,6 +14,7 @@ from scipy import sparse
 
 from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.checks import problem_faults
+from slipstick.balance.contact_words import shown_quantities
 from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.balance.layout import Batch, batches_of
@@ -429,5 +430,6 @@ def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
 
 def _numbers(pair: ContactPair) -> str:
     """The parameters of a contact, those of its rubbing motion included."""
-    values = {name: float(np.asarray(pair.values(name))[0]) for name in pair.quantities}
+    names = [*shown_quantities(pair, 0), *(name for name in pair.quantities if pair.rubbing.is_component(name))]
+    values = {name: float(np.asarray(pair.values(name))[0]) for name in names}
     return ", ".join(f"{name} {value:g}" for name, value in values.items())

@@ -35,7 +35,7 @@ from slipstick.cli.terminal.guard import (
     warn_user,
     warnings_said,
 )
-from slipstick.cli.verb import verb
+from slipstick.cli.verb import verb, verb_of
 from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import fault_sentence
@@ -125,7 +125,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in () if run.table else case.further:
-        options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
+        options.tell(f"[{name}] is for 'slipstick {verb_of(name)}'; this computes [response]")
     run.until = options.until
     prepare_kernel(options.tell)
     factor, unit = run.shown_in
@@ -291,10 +291,10 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
-    from slipstick.results.view import followed_text, listed_peaks, value_text
+    from slipstick.results.view import at_text, listed_peaks, value_text
 
     return [
         f"peak of {peak.dof}: amplitude {value_text(data, 'amplitude', peak.amplitude, peak.dof)} at "
-        f"{followed_text(data, peak.at)}"
+        f"{at_text(data, peak.at)}"
         for peak in listed_peaks(data)[:most]
     ]
