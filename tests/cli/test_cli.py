@@ -17,6 +17,7 @@ from helpers.cases import oscillator
 from helpers.command import slipstick
 from typer.testing import Result
 
+from slipstick import __main__
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.cli.examples import examples
 from slipstick.cli.main import app
@@ -284,6 +285,41 @@ def test_force_keeps_earlier_results_when_the_new_ones_stop_early(tmp_path: Path
     assert "untouched" in told(result)
     assert (out / "results.nc").read_bytes() == before
     assert load_dataset(out / "unfinished" / "results.nc").attrs["outcome"] == "POINT_LIMIT"
+
+
+def interrupting(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("where", ["slipstick.case.case.Case.from_file", "slipstick.cli.verbs.run.run_options"])
+def test_an_interrupt_with_nothing_to_keep_says_so(where: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(where, interrupting)
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
+    assert (result.exit_code, told(result).split()) == (130, ["interrupted"])
+
+
+def test_an_interrupt_before_the_verb_begins_says_so(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("slipstick.cli.verb.answering", interrupting)
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
+    assert (result.exit_code, told(result).split()) == (130, ["interrupted"])
+    monkeypatch.setattr("slipstick.cli.main.main", interrupting)
+    with pytest.raises(SystemExit) as ended:
+        __main__.main()
+    assert (ended.value.code, capsys.readouterr().err) == (130, "interrupted\n")
+
+
+def test_an_interrupt_while_the_report_is_written_leaves_the_results_and_says_where(
+    tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setattr("slipstick.report.writing.write_report", interrupting)
+    out = tmp_path / "out"
+    result = slipstick("run", case(tmp_path), "-o", out)
+    assert (result.exit_code, f"results in {out}" in told(result)) == (0, True)
+    assert "interrupted: the report is not written" in told(result)
+    monkeypatch.setattr("slipstick.cli.verbs.run._drawings", lambda run: {"response": interrupting})
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "drawn", "--figures", "response", "--no-report")
+    assert (result.exit_code, f"results in {tmp_path / 'drawn'}" in told(result)) == (1, True)
+    assert "figures: interrupted; all points are kept" in told(result)
 
 
 def test_results_beside_the_case_leave_the_case_alone(tmp_path: Path) -> None:

@@ -198,6 +198,9 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
             save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
         except InputError as error:
             warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
+        except KeyboardInterrupt:
+            run.failures.append("figures: interrupted; all points are kept")
+            return
         except Exception as error:
             run.failures.append(f"figures: {fault_sentence(error)}")
 
