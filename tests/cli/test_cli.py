@@ -410,7 +410,7 @@ def test_a_kill_leaves_a_file_that_opens(tmp_path: Path) -> None:
 def test_check_tells_what_the_case_means(tmp_path: Path) -> None:
     result = slipstick("check", case(tmp_path))
     assert result.exit_code == 0
-    for words in ("1 dofs (x)", "6.32456 rad/s (1.0066 Hz)", "harmonics: 0, 1, 2, 3, 4, 5", "'damper'", "39.5", "ok:"):
+    for words in ("1 dof (x)", "6.32456 rad/s (1.0066 Hz)", "harmonics: 0, 1, 2, 3, 4, 5", "'damper'", "39.5", "ok:"):
         assert words in told(result)
 
 

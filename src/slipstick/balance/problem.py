@@ -36,7 +36,7 @@ from slipstick.faults import (
     whole,
     wrong,
 )
-from slipstick.html import html_table, some
+from slipstick.html import dofs_words, html_table, some
 from slipstick.state.contact_state import ContactState, StateModel
 from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.protocol import Structure
@@ -410,7 +410,7 @@ def problem_html(problem: Problem) -> str:
 
 def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
     structure, units = problem.structure, problem.units
-    yield "structure", f"{type(structure).__name__}, {len(structure.dofs)} dofs: {some(structure.dofs)}"
+    yield "structure", f"{type(structure).__name__}, {dofs_words(len(structure.dofs))}: {some(structure.dofs)}"
     natural = np.asarray(structure.natural_frequencies, dtype=float)
     if natural.size:
         yield "undamped natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
