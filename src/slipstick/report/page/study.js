@@ -43,7 +43,8 @@ class Scale {
       const [first, last] = [Math.ceil(Math.log10(smallest) - 1e-9), Math.floor(Math.log10(largest) + 1e-9)], every = Math.max(1, Math.ceil((last - first) / (this.least ? 4 : 7)));
       for (let k = last; k >= first; k -= every) powers.unshift(10 ** k);
       const found = this.least ? [...powers.map((v) => -v).reverse(), 0, ...powers] : powers;
-      const seen = found.filter((v) => this.at(v) > -1e-9 && this.at(v) < 1 + 1e-9);
+      const inside = (v) => this.at(v) > -1e-9 && this.at(v) < 1 + 1e-9, seen = found.filter(inside);
+      if (seen.length === 2 && !this.least) return [first - 1, first, last].flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k)).filter(inside);
       return seen.length > 1 ? seen : this.known.length < 12 ? this.known : [Math.min(...this.known), Math.max(...this.known)];
     }
     const rough = (this.high - this.low) / 5, size = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].map((m) => m * size).find((s) => s >= rough);
