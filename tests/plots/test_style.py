@@ -219,3 +219,16 @@ def test_a_label_taken_from_axes_that_are_drawn_keeps_the_unit_of_the_ticks() ->
     for ax in (first, second):
         assert ax.get_ylabel() == "Amplitude [mm]"
         _said(ax.yaxis)
+
+
+@pytest.mark.parametrize("width", [2.0, 3.0, 4.5, 9.0])
+@pytest.mark.parametrize("low, high", [(300.0, 320.0), (0.00018, 0.00042), (1380.0, 1480.0), (-6.0, 6.0), (0.0, 1e5)])
+def test_texts_along_an_axis_leave_a_gap(low: float, high: float, width: float) -> None:
+    ax = styled(new_figure(width, 3.0).add_subplot(), "x", "y")
+    ax.plot([low, high], [0.0, 1.0])
+    ax.figure.canvas.draw()
+    boxes = [label.get_window_extent() for label in ax.get_xticklabels() if label.get_text()]
+    shown = [box for box in boxes if ax.bbox.x0 - 1 <= 0.5 * (box.x0 + box.x1) <= ax.bbox.x1 + 1]
+    assert len(shown) >= 2
+    gap = 0.4 * shown[0].height
+    assert all(one.x1 + gap < other.x0 for one, other in pairwise(shown))

@@ -5,12 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from matplotlib.ticker import Formatter, LogFormatterSciNotation
+from matplotlib.ticker import Formatter, LogFormatterSciNotation, MaxNLocator
 
 from slipstick.units import length_shown
 
 METRES = "[m]"
 _PREFIXED = ("[mm]", "[µm]")
+_LETTER, _GAP = 0.65, 1.0
+"""Width of a digit, and what is left between two texts, in heights of a letter."""
+
+
+class Roomy(MaxNLocator):
+    """Ticks at 1, 2 and 5 times powers of ten along an x axis, as many as their texts leave a gap between."""
+
+    axis: Any
+
+    def __init__(self) -> None:
+        super().__init__(steps=[1, 2, 5, 10])
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        """The ticks of a range."""
+        thirds = self.axis.get_tick_space()  # of the room, in heights of a letter
+        ticks: Any = []
+        for most in range(min(9, max(thirds, 2)), 1, -1):
+            self.set_params(nbins=most)
+            ticks = super().tick_values(vmin, vmax)
+            texts = self.axis.get_major_formatter().format_ticks(ticks)
+            inside = [text for text, tick in zip(texts, ticks, strict=True) if vmin <= tick <= vmax]
+            if sum(_LETTER * len(text) + _GAP for text in inside) <= 3 * thirds:
+                break
+        return ticks
 
 
 class Lengths(Formatter):
