@@ -70,7 +70,6 @@ if __name__ == "__main__":
     for name, branch in found.items():
         omega, amplitude = max(branch.peaks("y"), key=lambda peak: peak[1])
         contact = 1.0 - branch.dataset.separation_fraction.to_numpy().min()
-        print(
-            f"lobe height {name}: peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s, touches {contact:.3f} of the period"
-        )
+        peak = f"peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s"
+        print(f"lobe height {name}: {peak}, touches {contact:.3f} of the period")
     draw(found, folder)

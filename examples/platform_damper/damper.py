@@ -86,7 +86,6 @@ if __name__ == "__main__":
     found = compute()
     for load, (omega, amplitude) in peaks(found).items():
         slip = float(found[load].dataset.slip_fraction.max())
-        print(
-            f"normal load {load:g} N: peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s, slips {slip:.3f} of the period"
-        )
+        peak = f"peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s"
+        print(f"normal load {load:g} N: {peak}, slips {slip:.3f} of the period")
     draw(found, folder)
