@@ -211,7 +211,7 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
 
     from slipstick import plots
     from slipstick.results.contacts import has_orbit, has_states
-    from slipstick.results.view import first_dof
+    from slipstick.results.view import first_dof, orders_of, phases_at, place_of
 
     branch = run.branch
     if run.table:
@@ -223,10 +223,12 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
         "mean": lambda: plots.mean(data, dof),
-        "phase": lambda: plots.phase(data, dof),
         "spectrum": lambda: plots.spectrum(branch, top, dof),
         "history": lambda: plots.history(branch, top, dof),
     }
+    orders = orders_of(data)
+    if 1 in orders and np.isfinite(phases_at(data, [place_of(data, "dof", dof)], orders.index(1))).any():
+        drawings["phase"] = lambda: plots.phase(data, dof)
     if not data.sizes["contact"]:
         return drawings
     busiest = str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
