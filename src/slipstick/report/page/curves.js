@@ -177,7 +177,7 @@ class Curves {
       .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : own.over === "contact" ? view.contact : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
       .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${result.afterOf(own, view.unit, line.name)}`));
     const said = [
-      `point ${view.point + 1} of ${result.points}`, this.app.where(),
+      `point ${view.point} (0 to ${result.points - 1})`, this.app.where(),
       `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${after}`, ...beside,
       kind && kind !== "regular" ? kind : "", verdict,
       this.app.model.results.length > 1 ? result.label : "",
