@@ -44,7 +44,7 @@ def problem(mu: float | None) -> ss.Problem:
         stator = [ss.ContactPair(name="stator", contact=law, ports={"x": "n2x", "y": "n2y"}, rubbing=surface)]
     return ss.Problem(
         rotor(engine_order=1), contacts=stator, loads=loads, harmonics=range(6), outputs=["n2x", "n2y"],
-        title="a rotor that rubs on its stator",
+        title="a rotor that rubs on its stator", units={"length": "m", "force": "N", "time": "s"},
     )  # fmt: skip
 
 
