@@ -1,5 +1,7 @@
 """Checks of given values."""
 
+from importlib import import_module
+
 import pytest
 from helpers.faults import raises_fault
 
@@ -34,3 +36,17 @@ def test_numbers_that_are_too_large_are_told_from_those_that_are_none(value: obj
     assert raised.value.faults[0].expected == expected
     assert numbers("x", [-LARGEST, LARGEST]).tolist() == [-LARGEST, LARGEST]
     assert numbers("x", []).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    "place, name, meant",
+    [
+        ("slipstick", "response_forced", "forced_response"),
+        ("slipstick", "FORCED_RESPONSE", "forced_response"),
+        ("slipstick.models", "jefcott_rotor", "jeffcott_rotor"),
+        ("slipstick.plots", "map_study", "study_map"),
+    ],
+)
+def test_a_public_name_that_is_misspelt_is_named(place: str, name: str, meant: str) -> None:
+    with pytest.raises(AttributeError, match=f"did you mean '{meant}'"):
+        getattr(import_module(place), name)

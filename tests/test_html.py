@@ -53,8 +53,10 @@ def problem(**more: Any) -> ss.Problem:
 def test_of_a_problem() -> None:
     text = read(problem()._repr_html_())
     assert text.count(EVIL) == 2
-    for words in ("MatrixStructure, 1 dofs: x", "6.3246", "kt 100", "velocity 5", "11 unknowns", "x (harmonic 1)"):
+    for words in ("MatrixStructure, 1 dof: x", "6.3246", "kt 100", "velocity 5", "11 unknowns", "x (harmonic 1)"):
         assert words in text
+    assert "normal_load 80" in text
+    assert "gap" not in text  # that makes a constant load, and stiffness that presses on nothing, were not given
     shaken = problem(loads=ss.Load(base="x", motion="displacement", cos=1.0))
     assert "relative to the moving support" in read(shaken._repr_html_())
     assert "contacts" not in read(problem(contacts=())._repr_html_())
@@ -65,7 +67,7 @@ def test_of_a_branch() -> None:
     branch = ss.forced_response(problem(units={"length": "mm", "time": "s"}), omega=(4.0, 8.0))
     text = read(branch._repr_html_())
     ((omega, amplitude),) = branch.peaks("x")
-    assert f"{amplitude:.5g} mm at {omega:.6g} rad/s" in text
+    assert f"{amplitude:.6g} mm at {omega:.6g} rad/s" in text  # as on the terminal
     assert EVIL in text
     assert "completed" in text
     over = ss.parameter_response(problem(), f"{EVIL}.velocity", (5.0, 6.0), omega=4.0)

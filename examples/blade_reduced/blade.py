@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import show_lengths
 
 ARRAYS = Path(__file__).with_name("blade_reduced.npz")
 STIFFNESS = 27450.33
@@ -58,8 +59,10 @@ def compute():
 def draw(branches, folder):
     figure = Figure(figsize=(9, 8), layout="constrained")
     axes = figure.subplots(2, 2)
+    largest = max(float(branch.dataset.amplitude.max()) for branch in branches.values())
     for (name, branch), ax in zip(branches.items(), axes.flat, strict=True):
         branch.plot.response("n1y", ax=ax, frequency="Hz", log=True)
+        show_lengths(ax.yaxis, largest=largest)  # all four in one unit
         ax.set_title(name)
     figure.savefig(folder / "blade_reduced.png", dpi=120)
 
@@ -72,7 +75,7 @@ if __name__ == "__main__":
         omega, amplitude = max(branch.peaks("n1y"), key=lambda peak: peak[1])
         open_time = float(branch.dataset.separation_fraction.max())
         print(
-            f"{name:18s}: {branch.dataset.sizes['point']:3d} points, peak {amplitude:.4e} m at "
+            f"{name:18s}: {branch.dataset.sizes['point']:3d} points, peak {1e3 * amplitude:.5f} mm at "
             f"{omega / (2 * np.pi):.2f} Hz, contacts open for at most {100 * open_time:.1f} % of the period"
         )
     draw(branches, folder)

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 import slipstick as ss
 from slipstick.structure.cyclic import TravellingWave
 
+SI = {"length": "m", "force": "N", "time": "s"}
 SECTORS, LOBES = 30, 2
 RADIUS, CLEARANCE = 0.40, 0.25e-3  # m, of the tips; between them and a round casing
 SPEEDS = (690.0, 740.0)  # rad/s
@@ -41,7 +42,9 @@ def problem(height: float = 0.3e-3) -> ss.Problem:
         normal={"r": 1.0, "y": 0.1},
         rubbing=rubbing,
     )
-    return ss.Problem(own, contacts=tip, harmonics=range(13), outputs=["y"], title="Blade row in an oval casing")
+    return ss.Problem(
+        own, contacts=tip, harmonics=range(13), outputs=["y"], title="Blade row in an oval casing", units=SI
+    )
 
 
 def compute() -> dict[str, ss.Branch]:
@@ -67,5 +70,6 @@ if __name__ == "__main__":
     for name, branch in found.items():
         omega, amplitude = max(branch.peaks("y"), key=lambda peak: peak[1])
         contact = 1.0 - branch.dataset.separation_fraction.to_numpy().min()
-        print(f"lobe height {name}: peak {amplitude:.6g} m at {omega:.6g} rad/s, touches {contact:.3f} of the period")
+        peak = f"peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s"
+        print(f"lobe height {name}: {peak}, touches {contact:.3f} of the period")
     draw(found, folder)

@@ -76,12 +76,12 @@ def draw(branches: dict[str, ss.Branch], folder: Path) -> None:
     curves.plot(blades.omega, 1e3 * blades, color="#9db8d9", linewidth=0.8)
     curves.plot(blades.omega, 1e3 * blades.max("sector"), color="#1f5fa8", label="largest of the mistuned")
     curves.plot(one.omega, 1e3 * one[:, 0], color="#c03a2b", label="tuned")
-    curves.set(xlabel="frequency, rad/s", ylabel="amplitude of blade tips, mm")
+    curves.set(xlabel="Fundamental frequency [rad/s]", ylabel="Amplitude of the blade tips [mm]")
     curves.legend()
     at = int(np.argmax(blades.max("sector").values))
     around.bar(blades.sector, 1e3 * blades[at], color="#1f5fa8")
     around.axhline(1e3 * float(one.max()), color="#c03a2b")
-    around.set(xlabel="blade", title=f"at {float(blades.omega[at]):.1f} rad/s", ylabel="mm")
+    around.set(xlabel="Blade", title=f"at {float(blades.omega[at]):.1f} rad/s", ylabel="Amplitude of the tip [mm]")
     figure.savefig(folder / "bladed_disc.png", dpi=120)
 
 
@@ -90,7 +90,10 @@ if __name__ == "__main__":
     folder.mkdir(parents=True, exist_ok=True)
     found = compute()
     for name, branch in found.items():
-        peaks = ", ".join(f"{a:.6g} m at {w:.5g} rad/s" for w, a in branch.peaks()[:3])
-        print(f"{name}: {len(branch)} points, peaks {peaks}")
-    print(f"amplification by mistuning {amplification(found):.4f}")
+        blades = branch.on_disc("tip")
+        point, blade = np.unravel_index(int(blades.values.argmax()), blades.shape)
+        where = "any blade" if name == "tuned" else f"blade {blade}"
+        size, omega = 1e3 * float(blades[point, blade]), float(blades.omega[point])
+        print(f"{name}: {len(branch)} points, largest amplitude {size:.6g} mm of {where} at {omega:.5g} rad/s")
+    print(f"amplification by mistuning, the ratio of both: {amplification(found):.4f}")
     draw(found, folder)

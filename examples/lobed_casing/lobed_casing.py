@@ -81,10 +81,10 @@ if __name__ == "__main__":
     branches = compute()
     over_speed = branches["versus speed"]
     omega, amplitude = max(over_speed.peaks("y"), key=lambda peak: peak[1])
-    print(f"versus speed: peak {amplitude:.4e} m at {omega:.1f} rad/s, {omega / LOBES * 30 / np.pi:.0f} rpm")
+    print(f"versus speed: peak {1e3 * amplitude:.5f} mm at {omega:.1f} rad/s, {omega / LOBES * 30 / np.pi:.0f} rpm")
     check = over_speed.check_in_time(over_speed.at(omega))
-    print(f"in time: {check.amplitude_in_time[0]:.4e} m, difference {check.relative_difference:.1e}")
+    print(f"in time: {1e3 * check.amplitude_in_time[0]:.5f} mm, relative difference {check.relative_difference:.1e}")
     touched = branches["versus height"].dataset
     first = float(touched.parameter[int(np.argmax(touched.separation_fraction.values[:, 0] < 1.0))])
-    print(f"versus height: touches from {first:.4e} m on, clearance {CLEARANCE:g} m")
+    print(f"versus height: touches from {1e3 * first:.5f} mm on, clearance {1e3 * CLEARANCE:g} mm")
     draw(branches, folder)

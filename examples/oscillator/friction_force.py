@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
-from slipstick.plots.style import styled
+from slipstick.plots.style import legend, styled
 
 H = ss.Harmonics([0, 1])
 CONTACT = ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
@@ -51,7 +51,7 @@ def draw(folder):
             (line,) = history.plot(tau / (2 * np.pi), force, label=f"v = {v:g}", lw=1.2)
             last = tau >= tau[-1] - 2 * np.pi
             loop.plot(A * np.cos(tau[last]), force[last], color=line.get_color(), lw=1.2)
-        history.legend(ncols=2, fontsize="small")
+        legend(history)
     figure.savefig(folder / "friction_force.png", dpi=120)
 
 

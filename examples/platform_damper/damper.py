@@ -11,8 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import log_scale, styled
 from slipstick.structure.cyclic import TravellingWave
 
+SI = {"length": "m", "force": "N", "time": "s"}
 SECTORS, ENGINE_ORDER = 24, 6
 BLADE, PLATFORM, ROOT, BETWEEN = 4.0e4, 6.0e6, 6.0e5, 1.0e5  # N/m
 KT, MU, LOADS = 2.0e5, 0.3, (1.0, 3.0, 10.0, 30.0, 100.0, 1000.0)  # N/m, -, N
@@ -51,7 +53,7 @@ def problem(normal_load: float) -> ss.Problem:
     )
     return ss.Problem(
         wave(), contacts=damper, loads=ss.Load(dof="tip", amplitude=1.0), harmonics=[0, 1, 3, 5], outputs=["tip"],
-        title="under-platform dampers",
+        title="under-platform dampers", units=SI,
     )  # fmt: skip
 
 
@@ -71,8 +73,10 @@ def draw(branches: dict[float, ss.Branch], folder: Path) -> None:
     curves, best = figure.subplots(1, 2)
     ss.plots.response({f"{load:g} N": branch for load, branch in branches.items()}, "tip", ax=curves, log=True)
     found = peaks(branches)
-    best.loglog(list(found), [1e3 * amplitude for _, amplitude in found.values()], "o-")
-    best.set(xlabel="normal load of the damper [N]", ylabel="highest amplitude of the tips [mm]")
+    styled(best, "Normal load of the damper [N]", "Highest amplitude of the tips [m]")
+    best.plot(list(found), [amplitude for _, amplitude in found.values()], "o-")
+    log_scale(best, "x")
+    log_scale(best, "y")
     figure.savefig(folder / "platform_damper.png", dpi=120)
 
 
@@ -82,5 +86,6 @@ if __name__ == "__main__":
     found = compute()
     for load, (omega, amplitude) in peaks(found).items():
         slip = float(found[load].dataset.slip_fraction.max())
-        print(f"normal load {load:g} N: peak {amplitude:.6g} m at {omega:.6g} rad/s, slips {slip:.3f} of the period")
+        peak = f"peak {1e3 * amplitude:.6g} mm at {omega:.6g} rad/s"
+        print(f"normal load {load:g} N: {peak}, slips {slip:.3f} of the period")
     draw(found, folder)

@@ -6,6 +6,7 @@ lightly; the first disc turns in a ring with 0.5 mm of clearance.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,7 @@ def problem(mu: float | None) -> ss.Problem:
         stator = [ss.ContactPair(name="stator", contact=law, ports={"x": "n2x", "y": "n2y"}, rubbing=surface)]
     return ss.Problem(
         rotor(engine_order=1), contacts=stator, loads=loads, harmonics=range(6), outputs=["n2x", "n2y"],
-        title="a rotor that rubs on its stator",
+        title="a rotor that rubs on its stator", units={"length": "m", "force": "N", "time": "s"},
     )  # fmt: skip
 
 
@@ -63,4 +64,12 @@ def draw(branches: dict[str, ss.Branch], folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    draw(compute(), Path())
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    branches = compute()
+    for name, branch in branches.items():
+        sizes = branch.dataset.amplitude.sel(dof="n2x")
+        at = float(branch.dataset.omega[int(sizes.values.argmax())])
+        largest = f"largest amplitude {1e3 * float(sizes.max()):.4g} mm of the disc at {at:.5g} rad/s"
+        print(f"{name}: {largest}, clearance {1e3 * CLEARANCE:g} mm")
+    draw(branches, folder)

@@ -419,6 +419,9 @@ class BranchPlots:
     def __init__(self, branch: Branch) -> None:
         self._branch = branch
 
+    def __repr__(self) -> str:
+        return f"plots of {self._branch!r}: {', '.join(name for name in dir(self) if not name.startswith('_'))}"
+
     def response(self, dof: Names = None, **options: Any) -> DrawnAxes:
         """Amplitude over the followed quantity."""
         return _plots().response(self._branch, dof, **options)

@@ -270,3 +270,23 @@ class TimeIsUp(KeyboardInterrupt):
     """Raised by a listener to end a computation as Ctrl-C does, but with the outcome TIME_LIMIT."""
 
     outcome = Outcome.TIME_LIMIT
+
+
+def close_names(name: str, known: Iterable[str]) -> list[str]:
+    """The known name that is spelt like one, whatever its case, or of the same words in another order, if any.
+
+    >>> close_names("Stifness", ["mass", "stiffness"]), close_names("step_max", ["max_step"]), close_names("q", ["x"])
+    (['stiffness'], ['max_step'], [])
+    """
+    from difflib import get_close_matches
+
+    names = list(known)
+    folded = {each.casefold(): each for each in names}
+    if close := get_close_matches(name, names, n=1):
+        return close
+    close = [folded[each] for each in get_close_matches(name.casefold(), folded, n=1)]
+    return close or [each for each in names if _words(each) == _words(name)][:1]
+
+
+def _words(name: str) -> list[str]:
+    return sorted(name.casefold().replace("-", "_").split("_"))

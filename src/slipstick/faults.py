@@ -7,7 +7,6 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from functools import wraps
 from itertools import islice
 from numbers import Integral, Real
@@ -15,7 +14,7 @@ from os import PathLike, fspath, stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from slipstick.errors import Fault, InputError, SlipstickWarning, Where
+from slipstick.errors import Fault, InputError, SlipstickWarning, Where, close_names
 from slipstick.quantities import WithUnit, frequency_unit, read_frequency, unit_of_time_fault
 
 if TYPE_CHECKING:
@@ -134,11 +133,8 @@ def suggestion(name: object, known: Iterable[str]) -> str:
     >>> suggestion("stifness", ["mass", "stiffness"]), suggestion("q", ["x", "y"])
     ("did you mean 'stiffness'?", 'there are x, y')
     """
-    names, text = list(known), name if isinstance(name, str) else shown(name)
-    folded = {each.casefold(): each for each in names}
-    close = get_close_matches(text, names, n=1, cutoff=0.6)
-    close = close or [folded[each] for each in get_close_matches(text.casefold(), folded, n=1, cutoff=0.6)]
-    if close:
+    names = list(known)
+    if close := close_names(name if isinstance(name, str) else shown(name), names):
         return f"did you mean '{close[0]}'?"
     return f"there are {enumerated(names)}" if names else "there are none"
 

@@ -31,6 +31,15 @@ def some(names: Iterable[Any], most: int = MOST_SHOWN) -> str:
     return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")
 
 
+def dofs_words(count: int) -> str:
+    """A number of dofs.
+
+    >>> dofs_words(1), dofs_words(24)
+    ('1 dof', '24 dofs')
+    """
+    return f"{count} dof{'' if count == 1 else 's'}"
+
+
 def _text(value: object) -> str:
     """A text line by line, without anything that a page would obey."""
     from html import escape  # with its table of entities, which nothing needs until a notebook shows an object

@@ -27,9 +27,9 @@ def on_first_use(
             return import_module(f"{package}.{name}")
         if name in modules:
             return getattr(import_module(modules[name]), name)
-        from difflib import get_close_matches
+        from slipstick.errors import close_names
 
-        close = get_close_matches(name, [*modules, *subpackages], n=1)
+        close = close_names(name, [*modules, *subpackages])
         hint = f"; did you mean '{close[0]}'?" if close else ""
         raise AttributeError(f"module '{package}' has no attribute '{name}'{hint}")
 

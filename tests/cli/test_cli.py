@@ -17,6 +17,7 @@ from helpers.cases import oscillator
 from helpers.command import slipstick
 from typer.testing import Result
 
+from slipstick import __main__
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.cli.examples import examples
 from slipstick.cli.main import app
@@ -286,6 +287,41 @@ def test_force_keeps_earlier_results_when_the_new_ones_stop_early(tmp_path: Path
     assert load_dataset(out / "unfinished" / "results.nc").attrs["outcome"] == "POINT_LIMIT"
 
 
+def interrupting(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("where", ["slipstick.case.case.Case.from_file", "slipstick.cli.verbs.run.run_options"])
+def test_an_interrupt_with_nothing_to_keep_says_so(where: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(where, interrupting)
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
+    assert (result.exit_code, told(result).split()) == (130, ["interrupted"])
+
+
+def test_an_interrupt_before_the_verb_begins_says_so(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("slipstick.cli.verb.answering", interrupting)
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
+    assert (result.exit_code, told(result).split()) == (130, ["interrupted"])
+    monkeypatch.setattr("slipstick.cli.main.main", interrupting)
+    with pytest.raises(SystemExit) as ended:
+        __main__.main()
+    assert (ended.value.code, capsys.readouterr().err) == (130, "interrupted\n")
+
+
+def test_an_interrupt_while_the_report_is_written_leaves_the_results_and_says_where(
+    tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setattr("slipstick.report.writing.write_report", interrupting)
+    out = tmp_path / "out"
+    result = slipstick("run", case(tmp_path), "-o", out)
+    assert (result.exit_code, f"results in {out}" in told(result)) == (0, True)
+    assert "interrupted: the report is not written" in told(result)
+    monkeypatch.setattr("slipstick.cli.verbs.run._drawings", lambda run: {"response": interrupting})
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "drawn", "--figures", "response", "--no-report")
+    assert (result.exit_code, f"results in {tmp_path / 'drawn'}" in told(result)) == (1, True)
+    assert "figures: interrupted; all points are kept" in told(result)
+
+
 def test_results_beside_the_case_leave_the_case_alone(tmp_path: Path) -> None:
     path = case(tmp_path)
     assert slipstick("run", path, "-o", tmp_path, "--no-figures").exit_code == 0
@@ -498,6 +534,43 @@ def test_examples_never_overwrite(tmp_path: Path) -> None:
     assert path.read_text() == "mine"
     assert "did you mean 'oscillator'?" in told(slipstick("init", "oscilator", tmp_path))
     assert slipstick("init", "oscillator", path).exit_code == 2
+
+
+def test_examples_share_a_folder_and_the_files_they_need(tmp_path: Path) -> None:
+    assert slipstick("init", "blade_reduced", tmp_path).exit_code == 0
+    second = slipstick("init", "blade_reduced_no_rub", tmp_path)
+    assert (second.exit_code, f"kept {tmp_path / 'blade_reduced.npz'}, the same" in told(second)) == (0, True)
+    (tmp_path / "blade_reduced.npz").write_bytes(b"mine")
+    refused = slipstick("init", "blade_reduced_hot_rub", tmp_path)
+    assert (refused.exit_code, (tmp_path / "blade_reduced.npz").read_bytes()) == (2, b"mine")
+    assert f"{tmp_path / 'blade_reduced.npz'}: is there already" in told(refused)
+    assert not (tmp_path / "blade_reduced_hot_rub.toml").exists()
+
+
+def test_an_example_that_cannot_be_written_leaves_no_part_of_it(tmp_path: Path, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("slipstick.replacing._sync", full)
+    refused = slipstick("init", "blade_reduced", tmp_path)
+    assert (refused.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "cannot be written (no space left on device)" in told(refused)
+
+
+@pytest.mark.parametrize(
+    "example, verb", [("oscillator", "run"), ("brake_squeal", "cycles"), ("worn_shroud", "wear")]
+)  # fmt: skip
+def test_what_comes_next_is_the_verb_that_an_example_is_for(example: str, verb: str, tmp_path: Path) -> None:
+    assert f"next: slipstick {verb} {tmp_path / example}.toml" in told(slipstick("init", example, tmp_path))
+
+
+def test_the_verb_of_a_table_is_one_that_there_is(tmp_path: Path) -> None:
+    table = "\n[run_up]\nfrom = 4.0\nto = 15.0\nrate = 0.05\n"
+    path = case(tmp_path, GOOD + table)
+    said = [told(slipstick("check", path)), told(slipstick("run", path, "-o", tmp_path / "out", "--no-report"))]
+    for text in said:
+        verb = text.split("[run_up]")[1].split("'slipstick ")[1].split()[0].strip("';")
+        assert slipstick(verb, "--help").exit_code == 0, verb
 
 
 @pytest.mark.parametrize(

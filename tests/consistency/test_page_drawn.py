@@ -246,7 +246,7 @@ def test_the_readout_says_where_the_cursor_is() -> None:
     plain, peak, total, one, of_none = drawn(script)
     kind = str(data["kind"].to_numpy()[3])
     shown = "" if kind == "regular" else f" · {kind}"
-    where = f"point 4 of {count} · {float(data['omega'][3]):.5g} rad/s"
+    where = f"point 3 (0 to {count - 1}) · {float(data['omega'][3]):.5g} rad/s"
     said = re.fullmatch(
         rf"{re.escape(where)} · a: amplitude (\S+) · phase of harmonic 1 (\S+) deg{re.escape(shown)}", plain
     )

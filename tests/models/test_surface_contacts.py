@@ -82,7 +82,7 @@ def test_points_need_a_surface(body: ReducedBody) -> None:
         ss.surface_contacts(kept, contact=LAW, direction=(1, 0, 0))
     with raises_fault("model", found="'blade.cdb'", expected="what ss.import_model returns"):
         ss.reduced_body("blade.cdb", surface="y1")
-    with raises_fault("body", found="ModalStructure(4 modes, 1 dofs)", says=r"expected what ss\.reduced_body"):
+    with raises_fault("body", found="ModalStructure(4 modes, 1 dof)", says=r"expected what ss\.reduced_body"):
         ss.surface_contacts(kept.structure, contact=LAW, direction=(1, 0, 0))
     with raises_fault("surface", statement="nothing is kept"):
         ss.reduced_body(model)

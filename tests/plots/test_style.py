@@ -187,3 +187,51 @@ def test_small_lengths_on_a_logarithmic_axis() -> None:
     assert ax.get_ylabel() == "Amplitude [mm]"
     ticks = [float(text.get_text()) / (1e3 * y) for y, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)]
     assert ticks == pytest.approx(np.ones(len(ticks)))
+
+
+def _said(axis) -> None:
+    """The texts of an axis are its ticks in the unit that its label names."""
+    factor = {"[m]": 1.0, "[mm]": 1e3, "[µm]": 1e6}[axis.get_label_text().split()[-1]]
+    ticks = axis.get_majorticklocs()
+    for tick, text in zip(ticks, axis.get_major_formatter().format_ticks(ticks), strict=True):
+        assert float(text.replace("\N{MINUS SIGN}", "-")) == pytest.approx(factor * tick)
+
+
+def test_axes_that_share_a_scale_name_the_unit_of_their_ticks() -> None:
+    small = dataset(1e-3 / float(dataset()["amplitude"].max()))
+    for share in ("sharex", "sharey"):
+        figure = Figure(figsize=(8, 3))
+        axes = figure.subplots(1, 2, **{share: True})
+        for ax in axes:
+            plots.response(small, ax=ax)
+        figure.draw_without_rendering()
+        for ax in axes:
+            assert ax.get_ylabel() == "Amplitude [mm]"
+            _said(ax.yaxis)
+
+
+def test_a_label_taken_from_axes_that_are_drawn_keeps_the_unit_of_the_ticks() -> None:
+    small = dataset(1e-3 / float(dataset()["amplitude"].max()))
+    figure = Figure(figsize=(8, 3))
+    first, second = figure.subplots(1, 2, sharey=True)
+    plots.response(small, ax=first)
+    figure.draw_without_rendering()
+    styled(second, "x", first.get_ylabel())
+    second.plot([0, 1], [0, 1e-3])
+    figure.draw_without_rendering()
+    for ax in (first, second):
+        assert ax.get_ylabel() == "Amplitude [mm]"
+        _said(ax.yaxis)
+
+
+@pytest.mark.parametrize("width", [2.0, 3.0, 4.5, 9.0])
+@pytest.mark.parametrize("low, high", [(300.0, 320.0), (0.00018, 0.00042), (1380.0, 1480.0), (-6.0, 6.0), (0.0, 1e5)])
+def test_texts_along_an_axis_leave_a_gap(low: float, high: float, width: float) -> None:
+    ax = styled(new_figure(width, 3.0).add_subplot(), "x", "y")
+    ax.plot([low, high], [0.0, 1.0])
+    ax.figure.canvas.draw()
+    boxes = [label.get_window_extent() for label in ax.get_xticklabels() if label.get_text()]
+    shown = [box for box in boxes if ax.bbox.x0 - 1 <= 0.5 * (box.x0 + box.x1) <= ax.bbox.x1 + 1]
+    assert len(shown) >= 2
+    gap = 0.4 * shown[0].height
+    assert all(one.x1 + gap < other.x0 for one, other in pairwise(shown))

@@ -233,6 +233,20 @@ def test_every_peak_is_listed() -> None:
     assert rows == 100
 
 
+def test_the_list_is_of_the_dof_that_the_page_begins_with() -> None:
+    """Where none was asked for: of that which moves most, as in figures and on the terminal."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.1 * np.eye(2), K=[[20.0, -1.0], [-1.0, 4.0]], dofs=["x", "y"])
+    contact = ss.ContactPair(name="c", contact=ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0), tangential="x")
+    problem = ss.Problem(structure, contacts=contact, loads=ss.Load(dof="y", sin=1.0), harmonics=range(6))
+    content = content_of(ss.forced_response(problem, omega=(1.5, 2.5)), "a", contacts=1, dofs=2)
+    content |= {"analysis": "cycles", "asked": [], "notes": [[5, -1, "requested"]]}
+    head, drawn = opened(
+        {"results": [content]},
+        """return [app.curves.side.querySelectorAll("th").map((cell) => cell.textContent).at(-1), app.view.dofs[0]]""",
+    )
+    assert (drawn, head.split(" [")[0]) == ("y", "amplitude of y")
+
+
 @pytest.mark.filterwarnings("ignore:the damping ratio of the mode")
 def test_the_list_of_a_mode_tells_the_amplitude_that_the_terminal_tells() -> None:
     mode = ss.nonlinear_modes(one_mass(damper()), amplitude=(1.5, 4.5), load_factors=[0.5, 1.0])

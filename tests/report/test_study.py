@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.command import slipstick
+from helpers.pages import NODE, opened
 from helpers.reports import branch, decoded
 from helpers.study_case import CASE
 
@@ -56,13 +57,28 @@ def test_a_study_leaves_its_report(folder: Path) -> None:
     np.testing.assert_array_equal(values(content["dofs"][0]["peak"], store), peaks)
     at = study["peak_omega"].sel(dof="x").to_numpy().ravel()
     np.testing.assert_array_equal(values(content["dofs"][0]["at"], store), at)
-    assert [case["seconds"] for case in content["cases"]] == study["seconds"].to_numpy().ravel().tolist()
+    assert content["seconds"] == pytest.approx(study["seconds"].to_numpy().sum())
     assert [case["points"] for case in content["cases"]] == study["points"].to_numpy().ravel().tolist()
     own = content["curves"][3]
     assert own["case"] == 3
     of_case = curves["case"].to_numpy() == 3
     np.testing.assert_array_equal(values(own["x"], store), curves["omega"].to_numpy()[of_case])
     np.testing.assert_allclose(values(own["y"][0], store), curves["amplitude"].to_numpy()[of_case, 0], rtol=1e-6)
+
+
+def test_cases_followed_in_lockstep_have_no_time_of_their_own(folder: Path) -> None:
+    study = load_dataset(folder / "study.nc").load()
+    shape = study["seconds"].shape
+    alone = np.arange(float(study["seconds"].size)).reshape(shape)
+    study["seconds"] = study["seconds"].copy(data=np.where(alone < 2, 0.5, alone))
+    heads = """return IDS.cases.querySelectorAll("th").map((cell) => cell.textContent.trim())"""
+    for together, times in ((np.ones(shape), [None] * 6), (alone < 2, [None, None, 2.0, 3.0, 4.0, 5.0])):
+        study["lockstep"] = study["lockstep"].copy(data=together.astype(int))
+        content = study_content(study, None, dofs=1)
+        assert [case["seconds"] for case in content["cases"]] == times
+        assert content["seconds"] == 15.0
+        if NODE is not None:
+            assert any("time [s]" in head for head in opened(content, heads, study=True)) == any(times)
 
 
 def test_cases_that_failed_are_told(folder: Path, tmp_path: Path) -> None:

@@ -62,3 +62,10 @@ def test_the_largest_amplitude_is_judged_as_a_whole():
     kinds = ["start", "peak", "regular", "regular", "end"]
     assert len(located_peaks(table(sizes, kinds, peaks_of="x"))) == 1
     assert len(located_peaks(table(sizes, kinds, peaks_of=LARGEST))) == 0
+
+
+def test_a_dof_at_rest_has_no_peak():
+    data = table([0.0, 1e-16, 0.0, 1e-17, 0.0], KINDS).assign(mean=(("point", "dof"), np.full((5, 1), 0.04)))
+    assert peak_points(data).size == 0
+    assert located_peaks(data.assign(amplitude=data["amplitude"] * 1e14)).size
+    assert peak_points(table([0.0] * 5, KINDS)).size == 0

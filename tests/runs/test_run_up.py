@@ -283,7 +283,7 @@ def test_the_verb_integrates_draws_and_goes_on(tmp_path: Path) -> None:
     assert done.exit_code == 0
     case = ss.Case.from_file(tmp_path / "case.toml")
     peak = ss.runs.run_up(case.problem(), (5.0, 2.4 * np.pi), rate=0.5, samples=8).peak()
-    assert f"largest amplitude of x: {peak.amplitude:.6g}" in done.output
+    assert f"largest half range of x: {peak.amplitude:.6g}" in done.output
     assert {p.name for p in (tmp_path / "out").iterdir()} >= {"run_up.nc", "run_up.png", "report.html"}
     assert slipstick(*arguments, "--no-figures").exit_code == 0  # what is there is told again
     (tmp_path / "bad.toml").write_text(text + "[run_up]\nfrom = 5.0\nto = 7.0\n")

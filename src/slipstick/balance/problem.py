@@ -15,6 +15,7 @@ from scipy import sparse
 
 from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.checks import problem_faults
+from slipstick.balance.contact_words import shown_quantities
 from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.balance.layout import Batch, batches_of
@@ -36,7 +37,7 @@ from slipstick.faults import (
     whole,
     wrong,
 )
-from slipstick.html import html_table, some
+from slipstick.html import dofs_words, html_table, some
 from slipstick.state.contact_state import ContactState, StateModel
 from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.protocol import Structure
@@ -425,7 +426,7 @@ def problem_html(problem: Problem) -> str:
 
 def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
     structure, units = problem.structure, problem.units
-    yield "structure", f"{type(structure).__name__}, {len(structure.dofs)} dofs: {some(structure.dofs)}"
+    yield "structure", f"{type(structure).__name__}, {dofs_words(len(structure.dofs))}: {some(structure.dofs)}"
     natural = np.asarray(structure.natural_frequencies, dtype=float)
     if natural.size:
         yield "undamped natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
@@ -445,5 +446,6 @@ def _rows(problem: Problem) -> Iterator[tuple[str, object]]:
 
 def _numbers(pair: ContactPair) -> str:
     """The parameters of a contact, those of its rubbing motion included."""
-    values = {name: float(np.asarray(pair.values(name))[0]) for name in pair.quantities}
+    names = [*shown_quantities(pair, 0), *(name for name in pair.quantities if pair.rubbing.is_component(name))]
+    values = {name: float(np.asarray(pair.values(name))[0]) for name in names}
     return ", ".join(f"{name} {value:g}" for name, value in values.items())

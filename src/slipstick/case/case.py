@@ -206,7 +206,7 @@ class Case:
     """
 
     path: Path
-    text: str
+    text: str = field(repr=False)
     title: str
     body: Body = field(repr=False)
     problem_: Problem = field(repr=False)

@@ -324,7 +324,7 @@ class LimitCyclesTable(RequestTable):
                 f"{self.parameter} = {value_text(data, 'parameter', value[k])}: {case.frequency_text(peak['omega'])}"
             )
             size = value_text(data, "amplitude", peak["amplitude"], dof)
-            lines.append(f"limit cycle at {there}, amplitude {size}{verdict}")
+            lines.append(f"limit cycle at {there}, amplitude {size} of {dof}{verdict}")
             answers["cycles"].append({"parameter": value[k], **peak, "stable": sure})
         return lines, answers
 

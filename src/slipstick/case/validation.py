@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -13,7 +12,7 @@ from pydantic import BaseModel, ValidationError, create_model
 
 from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.top import TopTable
-from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where, close_names
 
 
 @dataclass(frozen=True)
@@ -148,8 +147,8 @@ def key_suggestion(name: object, keys: Iterable[str], used: Iterable[str]) -> st
 
 
 def close_key(name: object, keys: Iterable[str]) -> list[str]:
-    """The key that is spelt like it, if any, upper and lower case alike."""
-    return get_close_matches(str(name).lower(), keys, n=1)
+    """The key that is spelt like it, if any."""
+    return close_names(str(name), keys)
 
 
 def _elsewhere(model: type[BaseModel], name: object) -> str:

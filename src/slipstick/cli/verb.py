@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from slipstick.cli.terminal.answers import answering, print_answer
-from slipstick.cli.terminal.guard import BAD_INPUT, DONE
+from slipstick.cli.terminal.guard import BAD_INPUT, DONE, guarded
 from slipstick.errors import Fault, InputError
 from slipstick.plots.shown import for_files
 
@@ -57,9 +57,15 @@ def _names(text: str, names: list[str]) -> bool:
 
 @contextmanager
 def _answered(ctx: Any) -> Iterator[None]:
-    """A call that the parser refuses (its errors format themselves) is answered, if an answer was asked for."""
+    """A call that the parser refuses (its errors format themselves) is answered, if an answer was asked for.
+
+    One that is interrupted before its verb begins says so.
+    """
     try:
         yield
+    except KeyboardInterrupt:
+        with guarded():
+            raise
     except Exception as error:
         formatted = getattr(error, "format_message", None)
         if ctx.meta[_ASKED] and formatted is not None:
@@ -70,7 +76,7 @@ def _answered(ctx: Any) -> Iterator[None]:
 app = typer.Typer(
     name="slipstick",
     help="Steady vibration of structures that stick, slip, separate and rub.",
-    epilog="Exit codes: 0 done, 1 stopped early with what was found saved, 2 bad input.",
+    epilog="Exit codes: 0 done, 1 stopped early with what was found saved, 2 bad input, 130 interrupted before.",
     cls=Verbs,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -38,9 +38,9 @@ from slipstick.plots.quantities import (
 )
 from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, log_scale, new_figure, over_decades, styled, titled
 from slipstick.results.contacts import NO_FRICTION
-from slipstick.results.peaks import located_peaks
+from slipstick.results.peaks import ROUNDING, located_peaks
 from slipstick.results.stability import between_known
-from slipstick.results.view import ROUNDING, names_of, orders_of, phases_at, place_of, values_of
+from slipstick.results.view import names_of, orders_of, phases_at, place_of, values_of
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:

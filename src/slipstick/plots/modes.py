@@ -231,7 +231,7 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | N
     axes.plot(met[0], up * met[1], "o", color="k", fillstyle="none", markersize=8)
     for at, height, named in _together(met, 0.04 * top / up):
         axes.annotate(
-            named, (at, up * height), xytext=(6, 0), textcoords="offset points", va="center", fontsize="small",
+            named, (at, up * height), xytext=(4, 5), textcoords="offset points", va="bottom", fontsize="small",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
         )  # fmt: skip
     axes.set_ylim(0.0, top)

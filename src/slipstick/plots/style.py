@@ -57,9 +57,9 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
 
 def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> DrawnAxes:
     """The axes, or new ones, with labels, a light grid and the palette."""
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import AutoLocator, ScalarFormatter
 
-    from slipstick.plots.ticks import METRES, Lengths
+    from slipstick.plots.ticks import METRES, Lengths, Roomy
 
     if ax is not None and not hasattr(ax, "set_xlabel"):
         raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
@@ -72,11 +72,16 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
             if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
                 numbers.set_powerlimits((-3, 5))
     for axis, label in ((ax.xaxis, x_label), (ax.yaxis, y_label)):
+        numbers = axis.get_major_formatter()
+        if isinstance(numbers, Lengths) and label in numbers.texts:  # of axes that are drawn: in millimetres, say
+            label = numbers.label
         axis.set_label_text(label, parse_math=False)
-        if label.endswith(METRES) and isinstance(axis.get_major_formatter(), (ScalarFormatter, Lengths)):
-            axis.set_major_formatter(Lengths(label, getattr(axis.get_major_formatter(), "largest", 0.0)))
-        elif isinstance(axis.get_major_formatter(), Lengths):
+        if label.endswith(METRES) and isinstance(numbers, (ScalarFormatter, Lengths)):
+            axis.set_major_formatter(Lengths(label, getattr(numbers, "largest", 0.0)))
+        elif isinstance(numbers, Lengths):
             axis.set_major_formatter(ScalarFormatter())
+    if isinstance(ax.xaxis.get_major_locator(), AutoLocator):
+        ax.xaxis.set_major_locator(Roomy())
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):

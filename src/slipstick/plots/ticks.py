@@ -5,12 +5,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from matplotlib.ticker import Formatter, LogFormatterSciNotation
+from matplotlib.ticker import Formatter, LogFormatterSciNotation, MaxNLocator
 
 from slipstick.units import length_shown
 
 METRES = "[m]"
 _PREFIXED = ("[mm]", "[µm]")
+_LETTER, _GAP = 0.65, 1.0
+"""Width of a digit, and what is left between two texts, in heights of a letter."""
+
+
+class Roomy(MaxNLocator):
+    """Ticks at 1, 2 and 5 times powers of ten along an x axis, as many as their texts leave a gap between."""
+
+    axis: Any
+
+    def __init__(self) -> None:
+        super().__init__(steps=[1, 2, 5, 10])
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        """The ticks of a range."""
+        thirds = self.axis.get_tick_space()  # of the room, in heights of a letter
+        ticks: Any = []
+        for most in range(min(9, max(thirds, 2)), 1, -1):
+            self.set_params(nbins=most)
+            ticks = super().tick_values(vmin, vmax)
+            texts = self.axis.get_major_formatter().format_ticks(ticks)
+            inside = [text for text, tick in zip(texts, ticks, strict=True) if vmin <= tick <= vmax]
+            if sum(_LETTER * len(text) + _GAP for text in inside) <= 3 * thirds:
+                break
+        return ticks
 
 
 class Lengths(Formatter):
@@ -22,7 +46,12 @@ class Lengths(Formatter):
     axis: Any
 
     def __init__(self, label: str, largest: float = 0.0) -> None:
-        self._label, self.largest = label, largest
+        self.label, self.largest = label, largest
+
+    @property
+    def texts(self) -> list[str]:
+        """The label with each of the units that it may name."""
+        return [self.label.replace(METRES, name) for name in (METRES, *_PREFIXED)]
 
     def _unit(self) -> tuple[float, str]:
         if not self._labelled:
@@ -33,17 +62,26 @@ class Lengths(Formatter):
     @property
     def _labelled(self) -> bool:
         """Whether the axis still has this label; ticks under a label of the user are metres."""
-        return self.axis.label.get_text() in [self._label.replace(METRES, name) for name in (METRES, *_PREFIXED)]
+        return self.axis.label.get_text() in self.texts
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        """The texts of all ticks, which are about to be drawn: the label follows."""
-        if self._labelled:
-            self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
+        """The texts of all ticks, which are about to be drawn: labels follow, those of axes that share them too."""
+        text = self.label.replace(METRES, self._unit()[1])
+        for axis in _sharing(self.axis):
+            if axis.label.get_text() in self.texts:
+                axis.label.set_text(text)
         return [self(value) for value in values]
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """One value."""
         return f"{x * self._unit()[0]:.10g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _sharing(axis: Any) -> list[Any]:
+    """The axis of a figure and those that share its ticks, and so what writes their texts."""
+    ax, name = axis.axes, f"{axis.axis_name}axis"
+    siblings = getattr(ax, f"get_shared_{axis.axis_name}_axes")().get_siblings(ax)
+    return [getattr(each, name) for each in siblings]
 
 
 class _BetweenDecades(Lengths):

@@ -65,6 +65,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "frequency": frequency_of(study) if "peak_omega" in study else {"unit": "", "factors": {}},
         "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
+        "seconds": float(np.nansum(study["seconds"].to_numpy())),
         **_curves(curves, kept, factors),
         "band": _band(study, curves, kept, factors),
         "scatter": _scatter(study, float(factors[0])) if is_mistuning(study) else None,
@@ -131,7 +132,10 @@ def _parameter(study: xarray.Dataset, name: str, dims: Any) -> dict[str, Any]:
 
 
 def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:
+    """Each with its time, where it has one of its own: those followed in lockstep have equal shares of one time."""
     columns = {name: study[name].to_numpy().ravel() for name in ("outcome", "message", "points", "seconds")}
+    if "lockstep" in study:
+        columns["seconds"] = np.where(study["lockstep"].to_numpy().ravel() == 1, np.nan, columns["seconds"])
     return [
         {
             "outcome": str(outcome),

@@ -17,6 +17,8 @@ Minima are located to 2e-5 of their height: only a prominence this close to the 
 """
 _EQUAL = 1e-6
 """Relative difference up to which two heights are equal."""
+ROUNDING = 1e-11
+"""Size of a value, relative to the terms it is computed from, below which it is rounding."""
 
 
 def peak_points(data: Any, dof: int | None = None) -> AnyArray:
@@ -24,20 +26,28 @@ def peak_points(data: Any, dof: int | None = None) -> AnyArray:
 
     A located maximum is none where the amplitude falls from it by less than ``PROMINENCE`` of its height and then rises
     above it, on either side along its part of the branch. The ends of a part are no sides: a peak next to the end of
-    the range is one.
+    the range is one. Where a dof rests but for rounding beside its largest motion and mean, it has no peak.
     """
     if "peak_dof" not in data:
         return np.zeros(0, dtype=int)
     of, kinds = data["peak_dof"].to_numpy(), data["kind"].to_numpy()
     points = np.flatnonzero(of >= 0 if dof is None else of == dof)
     parts, sizes, solved = branch_parts(data), data["amplitude"].to_numpy(), kinds != "interpolated"
+    least = ROUNDING * _motion(data)
     if data.attrs.get("peaks_of") == LARGEST and LARGEST not in data["dof"].to_numpy():
         among = compared([str(name) for name in data["dof"].to_numpy()])
         sizes = np.broadcast_to(sizes[:, among].max(axis=1)[:, None], sizes.shape)
     return np.array([
         k for k in points.tolist()
-        if kinds[k] != "peak" or _stands_out(sizes[:, of[k]], solved, parts == parts[k], k)
+        if kinds[k] != "peak"
+        or (sizes[k, of[k]] > least[of[k]] and _stands_out(sizes[:, of[k]], solved, parts == parts[k], k))
     ], dtype=int)  # fmt: skip
+
+
+def _motion(data: Any) -> Array:
+    """The largest amplitude or mean (n_dofs,) of each dof."""
+    sizes = [np.abs(data[name].to_numpy()) for name in ("amplitude", "mean") if name in data]
+    return np.nanmax(np.concatenate(sizes), axis=0, initial=0.0)
 
 
 def located_peaks(data: Any, dof: int | None = None) -> AnyArray:

@@ -14,7 +14,7 @@ from slipstick.errors import InputError
 from slipstick.faults import shown, suggestion
 from slipstick.html import MOST_SHOWN, html_table
 from slipstick.results.measures import phase_of
-from slipstick.results.peaks import located_peaks
+from slipstick.results.peaks import ROUNDING, located_peaks
 from slipstick.results.schema import ANALYSIS, CYCLES, SELF_EXCITED, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE
 from slipstick.typing import Array, IntArray
@@ -22,10 +22,6 @@ from slipstick.units import MIXED, Units, after_number, is_rotation, length_show
 
 if TYPE_CHECKING:
     from slipstick.results.solutions import Solutions
-
-
-ROUNDING = 1e-11
-"""Size of a value, relative to the terms it is computed from, below which it is rounding."""
 
 
 class View(NamedTuple):
@@ -212,6 +208,12 @@ def followed_text(data: Any, value: float) -> str:
     return Units.of_results(data.attrs).frequency_text(float(value), frequency_unit(data))
 
 
+def at_text(data: Any, value: float) -> str:
+    """Where something is on a curve: "4.26 rad/s (0.678 Hz)", or "damper.velocity = 10 mm/s"."""
+    named = f"{data.attrs['parameter']} = " if followed_of(data) == "parameter" and "parameter" in data.attrs else ""
+    return named + followed_text(data, value)
+
+
 def orders_of(data: Any) -> list[int]:
     """Orders of the harmonics that results hold, 0 among them."""
     return [0, *(int(label[1:]) for label in names_of(data, "coefficient")[1::2])]
@@ -325,9 +327,9 @@ def _rows(branch: Solutions) -> Iterator[tuple[str, Any]]:
     yield "points", f"{len(branch)}, {name} from {followed_text(data, where[0])} to {followed_text(data, where[-1])}"
     for dof in names_of(data, "dof")[:MOST_SHOWN]:
         peaks = sorted(branch.peaks(dof), key=lambda peak: -peak[1])[:3]
-        texts = [f"{value_text(data, 'amplitude', a, dof, 5)} at {followed_text(data, at)}" for at, a in peaks]
+        texts = [f"{value_text(data, 'amplitude', a, dof)} at {at_text(data, at)}" for at, a in peaks]
         largest = float(data["amplitude"].sel(dof=dof).max())
-        yield f"peaks of {dof}", "; ".join(texts) or f"none; largest {value_text(data, 'amplitude', largest, dof, 5)}"
+        yield f"peaks of {dof}", "; ".join(texts) or f"none; largest {value_text(data, 'amplitude', largest, dof)}"
     if data.attrs.get("coordinates_of_motion"):
         yield "motion", data.attrs["coordinates_of_motion"]
     if branch.warnings:

@@ -13,6 +13,7 @@ from scipy.sparse import csc_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import number
+from slipstick.html import dofs_words
 from slipstick.structure.checks import (
     checked_names,
     damping_faults,
@@ -587,7 +588,7 @@ class MatrixStructure(Structure):
         )
 
     def __repr__(self) -> str:
-        return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
+        return f"MatrixStructure({dofs_words(len(self._dofs))}, {'dense' if self._dense else 'sparse'})"
 
 
 def _parts(matrix: Matrix) -> tuple[Matrix, Matrix | None]:

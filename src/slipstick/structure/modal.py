@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import one, shown
+from slipstick.html import dofs_words
 from slipstick.structure.checks import (
     REAL_MODES,
     any_directions,
@@ -511,7 +512,7 @@ class ModalStructure(Structure):
         )
 
     def __repr__(self) -> str:
-        return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
+        return f"ModalStructure({self.omega.size} modes, {dofs_words(len(self._dofs))})"
 
 
 def modal_number_faults(arguments: Mapping[str, Any], load_shapes: Mapping[str, LoadShape]) -> list[Fault]:

@@ -163,3 +163,18 @@ def test_a_rotor_runs_in_a_sense() -> None:
         "contact 'a': the surface of the rotor runs at 2 in the sense from x to y",
         "contact 'b': the surface of the rotor runs at 2 in the sense from y to x",
     ]
+
+
+def limits_of(folder: Path, range_: str) -> list[str]:
+    path = folder / "case.toml"
+    path.write_text(oscillator(head='title = "t"\nharmonics = "0..5"\n', rubbing="velocity = 10.0", response=range_))
+    return [line for line in slipstick("check", path).output.splitlines() if line.startswith("linear response")]
+
+
+def test_an_end_of_the_range_is_no_resonance(tmp_path: Path) -> None:
+    """Stiffness 40 and 140, mass 1: sqrt(40) and sqrt(140)."""
+    free, stuck = limits_of(tmp_path, "from = 2.0\nto = 15.0")
+    assert float(free.split(" near ")[1].split()[0]) == pytest.approx(np.sqrt(40.0), rel=0.01)
+    assert float(stuck.split(" near ")[1].split()[0]) == pytest.approx(np.sqrt(140.0), rel=0.01)
+    below = limits_of(tmp_path, "from = 2.0\nto = 5.0")
+    assert all("at 5 rad/s" in line and line.endswith("an end of the range") for line in below)

@@ -56,3 +56,13 @@ def test_every_figure_there_is(tmp_path: Path, contact: str, drawn: set[str], no
     there = {path.stem for path in (tmp_path / "out").glob("*.png")}
     assert {"response", "phase", "mean", "spectrum", "history", "power", *drawn} <= there
     assert not not_drawn & there
+
+
+def test_steady_sliding_has_no_phase_and_no_peaks(tmp_path: Path) -> None:
+    """Nothing vibrates over the whole range of the parameter."""
+    slipstick("init", "brake_squeal", tmp_path)
+    told = slipstick("run", tmp_path / "brake_squeal.toml", "-o", tmp_path / "out", "--figures", "phase", "--no-report")
+    assert told.exit_code == 0, told.output
+    assert "nothing in these results to draw of 'phase'" in told.output
+    assert not (tmp_path / "out" / "phase.png").exists()
+    assert "peak of" not in told.output

@@ -21,6 +21,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
+INTERRUPTED = 130
+"""By Ctrl-C with nothing to keep, as shells name it; what is stopped with something found is STOPPED."""
 
 command: Sequence[str] | None = None
 """The arguments of the command line, where this process is one and so can begin again."""
@@ -64,6 +66,8 @@ def report_or_warn(write: Callable[[], object]) -> bool:
         write()
     except InputError as error:
         warn_user(reason_of(error))
+    except KeyboardInterrupt:
+        warn_user("interrupted: the report is not written; 'slipstick report' writes it from the results")
     except Exception as error:
         warn_user(f"report: {fault_sentence(error)}")
     else:
@@ -114,7 +118,7 @@ def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped."""
+    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped, 130 interrupted."""
     import typer
 
     try:
@@ -129,8 +133,9 @@ def guarded() -> Iterator[None]:
         complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt as stop:
-        complain("stopped at the time limit; nothing was found yet" if isinstance(stop, TimeIsUp) else "interrupted")
-        raise typer.Exit(STOPPED) from None
+        late = isinstance(stop, TimeIsUp)
+        complain("stopped at the time limit; nothing was found yet" if late else "interrupted")
+        raise typer.Exit(STOPPED if late else INTERRUPTED) from None
     except typer.Exit:
         raise
     except Exception as error:

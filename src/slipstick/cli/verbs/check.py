@@ -22,8 +22,8 @@ from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import command_name, verb
-from slipstick.html import some
-from slipstick.units import after_number
+from slipstick.html import dofs_words, some
+from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
@@ -34,8 +34,11 @@ if TYPE_CHECKING:
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.structure.cyclic import TravellingWave
     from slipstick.structure.protocol import Structure
+    from slipstick.units import Units
 
 _LISTED_FREQUENCIES = 10
+_LISTED_LIMITS = 3
+"""Output dofs whose linear responses are printed."""
 _LISTED_DIRECTIONS = 4
 """Of contacts that slide alike."""
 _LARGE = 20_000
@@ -69,7 +72,7 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
     say(f"{case.title} ({path})")
     _structure(case, problem)
     _reduction(case, problem)
-    _full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
+    _full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text, problem.units)
     _request(case, problem)
     _contacts(problem)
     answer["dragged"] = list(dragged(problem, case.omega))
@@ -118,9 +121,7 @@ def _structure(case: Case, problem: Problem) -> None:
 
     structure = problem.structure
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
-    say(
-        f"structure: {len(structure.dofs)} dof{'s' if len(structure.dofs) > 1 else ''} ({some(structure.dofs)}){shapes}"
-    )
+    say(f"structure: {dofs_words(len(structure.dofs))} ({some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     ratios = structure.damping_ratios
     listed = min(len(frequencies), _LISTED_FREQUENCIES)
@@ -171,7 +172,7 @@ def _reduction(case: Case, problem: Problem) -> None:
 
 
 def _full_model(
-    body: Body, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
+    body: Body, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str], units: Units
 ) -> None:
     """Print the full model behind a reduced structure, the error of the reduction and the contact points."""
     from slipstick.progress import duration
@@ -188,7 +189,7 @@ def _full_model(
         say(f"  {note}")
     _errors(full, omega, highest_order, frequency_text)
     if full.points is not None:
-        _points(full.points)
+        _points(full.points, units)
 
 
 def compared_at(omega: tuple[float, float], highest_order: int, count: int) -> list[float]:
@@ -220,15 +221,23 @@ def _errors(
         say(f"  {frequency_text(value)}: {error:.1e}")
 
 
-def _points(points: ContactPoints) -> None:
+def _points(points: ContactPoints, units: Units) -> None:
     import numpy as np
 
-    say(f"{points.count} contact points on the surface: position, outward normal, share of the area")
+    where, share = (_in(units.label(dimension)) for dimension in ("length", "length^2"))
+    say(f"{points.count} contact points on the surface: position{where}, outward normal, share of the area{share}")
     for k, (at, normal, area) in enumerate(zip(points.positions, points.normals, points.areas, strict=True), 1):
         say(f"  {k:>3}  {_vector(at)}  {_vector(normal)}  {area:.4g}")
     if points.influence is not None:
         diagonal = np.diag(points.influence)
-        say(f"temperature over power of the points themselves: {diagonal.min():.4g} to {diagonal.max():.4g}")
+        power = power_unit(units.label("force length/time"))
+        unit = after_number(f"{units.label('temperature')}/{f'({power})' if '/' in power else power}")
+        say(f"temperature over power of the points themselves: {diagonal.min():.4g} to {diagonal.max():.4g}{unit}")
+
+
+def _in(unit: str) -> str:
+    """A unit behind the name of a quantity; nothing where it has no name."""
+    return f" [{unit}]" if after_number(unit) else ""
 
 
 def _vector(values: Sequence[float]) -> str:
@@ -350,12 +359,20 @@ def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     beside = [limit.table for limit in known.values()]
     for label, limit in known.items():
         grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
-        for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
+        outputs = problem.outputs or ()
+        for place, (dof, values) in enumerate(zip(outputs, amplitudes.T, strict=False)):
             at = int(values.argmax())
+            limits.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+            if place >= _LISTED_LIMITS:
+                continue
             factor, unit = unit_shown(limit.table, "amplitude", str(dof), beside)
             size = f"{values[at] * factor:.4g}{after_number(unit)}"
-            say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
-            limits.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+            near = f"near {case.frequency_text(grid[at])}"
+            if at in (0, len(grid) - 1):
+                near = f"at {case.frequency_text(grid[at])}, an end of the range"
+            say(f"linear response, {label}: largest amplitude of {dof} {size} {near}")
+        if len(outputs) > _LISTED_LIMITS:
+            say(f"linear response, {label}: --json tells it of all {len(outputs)} output dofs")
     return limits
 
 

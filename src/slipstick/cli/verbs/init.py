@@ -13,8 +13,9 @@ import typer
 from slipstick.cli.examples import Example, example, examples
 from slipstick.cli.options import example_names
 from slipstick.cli.terminal.guard import say
-from slipstick.cli.verb import verb
+from slipstick.cli.verb import command_name, verb
 from slipstick.errors import InputError
+from slipstick.replacing import replacing
 
 
 @verb
@@ -72,8 +73,18 @@ def write_example(name: str, folder: Path | None, *, python: bool = False) -> li
     if python and chosen.is_case:
         main = _script(chosen.path, chosen.path.read_text(encoding="utf-8"))
     written = write_files(folder or Path(), dict([main, *((path.name, path.read_bytes()) for path in chosen.needs)]))
-    say(f"next: {'python' if written[0].suffix == '.py' else 'slipstick run'} {written[0]}")
+    say(f"next: {'python' if written[0].suffix == '.py' else f'slipstick {_verb_of(chosen)}'} {written[0]}")
     return written
+
+
+def _verb_of(case: Example) -> str:
+    """The verb that an example case is for: that of its own table, else ``run``."""
+    import tomllib
+
+    from slipstick.cli.verbs.requests import REQUESTS
+
+    tables = tomllib.loads(case.path.read_text(encoding="utf-8"))
+    return next((command_name(name) for name in (*REQUESTS, "run_up", "study") if name in tables), "run")
 
 
 def _script(path: Path, text: str) -> tuple[str, bytes]:
@@ -98,18 +109,35 @@ def _own_script(path: Path, folder: Path | None) -> list[Path]:
 
 
 def write_files(folder: Path, contents: dict[str, bytes]) -> list[Path]:
-    """Write files by name into a folder that holds none of them; InputError otherwise."""
+    """Write files by name into a folder: whole or not at all, the first one after those that it needs.
+
+    What it needs may be there already if it is the same. Raises InputError where it differs, the first one is there, or
+    the folder cannot be written.
+    """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: found a file; expected a folder")
-    there = [folder / name for name in contents if (folder / name).exists()]
-    if there:
-        raise InputError([f"{path}: is there already; move it away or choose another folder" for path in there])
+    main = next(iter(contents))
+    found = {name for name in contents if (folder / name).exists()}
+    kept = {name for name in found - {main} if _holds(folder / name, contents[name])}
+    if there := [str(folder / name) for name in contents if name in found - kept]:
+        are, them = ("is", "it") if len(there) == 1 else ("are", "them")
+        raise InputError(f"{', '.join(there)}: {are} there already; move {them} away or choose another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            (folder / name).write_bytes(content)
-            say(f"wrote {folder / name}")
+        for name in [*(name for name in contents if name != main), main]:
+            if name not in kept:
+                with replacing(folder / name) as temporary:
+                    temporary.write_bytes(contents[name])
+            say(f"{'kept' if name in kept else 'wrote'} {folder / name}{', the same' if name in kept else ''}")
     except OSError as error:
         reason = (error.strerror or type(error).__name__).lower()
         raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
     return [folder / name for name in contents]
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    """Whether a file has this content; one that cannot be read does not."""
+    try:
+        return path.read_bytes() == content
+    except OSError:
+        return False

@@ -198,6 +198,9 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
             save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
         except InputError as error:
             warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
+        except KeyboardInterrupt:
+            run.failures.append("figures: interrupted; all points are kept")
+            return
         except Exception as error:
             run.failures.append(f"figures: {fault_sentence(error)}")
 
@@ -208,7 +211,7 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
 
     from slipstick import plots
     from slipstick.results.contacts import has_orbit, has_states
-    from slipstick.results.view import first_dof
+    from slipstick.results.view import first_dof, orders_of, phases_at, place_of
 
     branch = run.branch
     if run.table:
@@ -220,10 +223,12 @@ def _drawings(run: CaseRun) -> dict[str, Callable[[], Axes]]:
     drawings: dict[str, Callable[[], Axes]] = {
         "response": lambda: plots.response(data, dof, references=_references(run.case)),
         "mean": lambda: plots.mean(data, dof),
-        "phase": lambda: plots.phase(data, dof),
         "spectrum": lambda: plots.spectrum(branch, top, dof),
         "history": lambda: plots.history(branch, top, dof),
     }
+    orders = orders_of(data)
+    if 1 in orders and np.isfinite(phases_at(data, [place_of(data, "dof", dof)], orders.index(1))).any():
+        drawings["phase"] = lambda: plots.phase(data, dof)
     if not data.sizes["contact"]:
         return drawings
     busiest = str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
@@ -291,10 +296,10 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest first; those of rotations, in rad, after those of lengths."""
-    from slipstick.results.view import followed_text, listed_peaks, value_text
+    from slipstick.results.view import at_text, listed_peaks, value_text
 
     return [
         f"peak of {peak.dof}: amplitude {value_text(data, 'amplitude', peak.amplitude, peak.dof)} at "
-        f"{followed_text(data, peak.at)}"
+        f"{at_text(data, peak.at)}"
         for peak in listed_peaks(data)[:most]
     ]

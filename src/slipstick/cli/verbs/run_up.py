@@ -90,13 +90,13 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
 
 
 def _summary(run: Any, of: str, read: Any) -> dict[str, Any]:
-    """The largest amplitude on the way, or what motion it is at one speed."""
+    """The largest half range on the way, or what motion it is at one speed."""
     from slipstick.results.view import value_text
 
     if run.dataset.attrs["rate"]:
         peak = run.peak(of)
         size = value_text(run.dataset, "amplitude", peak.amplitude, of)
-        say(f"largest amplitude of {of}: {size} at {read.frequency_text(peak.omega)}")
+        say(f"largest half range of {of}: {size} at {read.frequency_text(peak.omega)}")
         return {"peak": {"dof": of, "omega": peak.omega, "amplitude": peak.amplitude}}
     try:
         motion = run.motion(of)

@@ -41,7 +41,7 @@ def verify(
         ),
     ] = None,
     point: Annotated[
-        list[int] | None, typer.Option("--point", help="Number of a point, repeatable; else the highest peaks.")
+        list[int] | None, typer.Option("--point", help="Number of a point, as on the page; repeatable.")
     ] = None,
     at: Annotated[
         list[str] | None, typer.Option("--at", help='Take the point nearest to this value, such as "50 Hz".')

@@ -177,7 +177,7 @@ class Curves {
       .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : own.over === "contact" ? view.contact : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
       .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${result.afterOf(own, view.unit, line.name)}`));
     const said = [
-      `point ${view.point + 1} of ${result.points}`, this.app.where(),
+      `point ${view.point} (0 to ${result.points - 1})`, this.app.where(),
       `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${after}`, ...beside,
       kind && kind !== "regular" ? kind : "", verdict,
       this.app.model.results.length > 1 ? result.label : "",
@@ -278,7 +278,7 @@ class Curves {
     const { model, view } = this.app, found = [];
     for (const result of model.results) {
       for (const [point, dof, kind] of result.content.notes) {
-        const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? soughtOf(result) : name;
+        const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? soughtOf(result).name : name;
         found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN, unit: result.unitOf(of) });
       }
     }
@@ -289,7 +289,7 @@ class Curves {
     this.side.hidden = !peaked && !found.length;
     this.whole.toggleAttribute("data-alone", this.side.hidden);
     const columns = [...model.overs.slice(0, 1), ...(peaked ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
-    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : own.key === "parameter" && own.label.length < 12 ? own.label : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), withUnits(`amplitude${peaked ? "" : ` of ${soughtOf(first)}`}`, units.length > 1 ? "" : units[0] ?? "")];
+    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : own.key === "parameter" && own.label.length < 12 ? own.label : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), withUnits(`amplitude${peaked ? "" : ` of ${soughtOf(first).name}`}`, units.length > 1 ? "" : units[0] ?? "")];
     const rows = found.map((note) => this.noteRow(note, columns, model.results.length > 1, units.length > 1));
     fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") || !peaked ? "Points of note" : "Peaks"),
       rows.length ? element("table", { class: "list" }, element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col" }, text)))), element("tbody", {}, ...rows))
@@ -316,9 +316,6 @@ const BRIEF = { modal_amplitude: "amplitude of the mode", omega: "frequency", mo
 /** Room for the numbers of two charts, one below the other, so that places are. */
 const LETTERS = 6;
 const TITLES = { response: "Response", parameter: "Response over the parameter", track: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration", wear: "Wear over cycles" };
-
-/** The dof whose peaks or amplitudes were sought, else the first. */
-const soughtOf = (result) => result.dofs[result.content.asked[0] ?? 0];
 
 function swatch(line) {
   return element("svg:svg", { width: 18, height: 8, "aria-hidden": "true" },

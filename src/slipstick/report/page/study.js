@@ -43,7 +43,8 @@ class Scale {
       const [first, last] = [Math.ceil(Math.log10(smallest) - 1e-9), Math.floor(Math.log10(largest) + 1e-9)], every = Math.max(1, Math.ceil((last - first) / (this.least ? 4 : 7)));
       for (let k = last; k >= first; k -= every) powers.unshift(10 ** k);
       const found = this.least ? [...powers.map((v) => -v).reverse(), 0, ...powers] : powers;
-      const seen = found.filter((v) => this.at(v) > -1e-9 && this.at(v) < 1 + 1e-9);
+      const inside = (v) => this.at(v) > -1e-9 && this.at(v) < 1 + 1e-9, seen = found.filter(inside);
+      if (seen.length === 2 && !this.least) return [first - 1, first, last].flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k)).filter(inside);
       return seen.length > 1 ? seen : this.known.length < 12 ? this.known : [Math.min(...this.known), Math.max(...this.known)];
     }
     const rough = (this.high - this.low) / 5, size = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].map((m) => m * size).find((s) => s >= rough);
@@ -151,7 +152,7 @@ class Study {
 
   outcome() {
     const { content } = this, { outcome } = content, failed = content.cases.filter((own) => own.outcome && own.outcome !== "COMPLETED").length;
-    const facts = [`${content.cases.length} cases`, failed ? `${failed} did not complete` : "", content.method, content.case_file].filter(Boolean);
+    const facts = [`${content.cases.length} cases`, content.seconds ? `${short(content.seconds, 3)} s` : "", failed ? `${failed} did not complete` : "", content.method, content.case_file].filter(Boolean);
     return element("section", { class: "outcome", "aria-label": "Outcome" },
       element("p", { class: `verdict ${outcome.ok ? "good" : "early"}` }, element("strong", {}, outcome.ok ? "✓" : "!"), ` ${outcome.text}`),
       element("p", { class: "facts" }, facts.join(" · ")),
@@ -377,12 +378,18 @@ class Study {
       return [{ key: "number", title: "disc", of: (i) => i }, { key: "amplification", title: "amplification", of: (i) => this.scatter.values[i] },
         { key: "peak", title: withUnits("largest amplitude", this.dof.units), of: (i) => this.dof.peak[i] }, { key: "", title: "of", of: (i) => this.scatter.outputs[i] },
         { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, unit), of: (i) => this.dof.at[i] * factor },
-        { key: "seconds", title: "time [s]", of: (i) => this.content.cases[i].seconds ?? NaN }];
+        ...this.times()];
     }
     const own = this.parameters.map((p) => ({ key: p.name, title: withUnits(p.name, p.units), of: (i) => p.values[i] }));
     return [{ key: "number", title: "case", of: (i) => i }, ...own, { key: "peak", title: withUnits(`peak of ${this.dof.name}`, this.dof.units), of: (i) => this.dof.peak[i] },
       { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, this.over[1]), of: (i) => this.dof.at[i] * this.over[0] },
-      { key: "seconds", title: "time [s]", of: (i) => this.content.cases[i].seconds ?? NaN }];
+      ...this.times()];
+  }
+
+  /** The time of each case, where any has one of its own: cases followed in lockstep share one. */
+  times() {
+    const of = (i) => this.content.cases[i].seconds ?? NaN;
+    return this.content.cases.some((_, i) => Number.isFinite(of(i))) ? [{ key: "seconds", title: "time [s]", of }] : [];
   }
 
   /** Which cases a filter lets through: words, and conditions such as "velocity=0" or "mu >= 0.3" of parameters. */

@@ -70,12 +70,17 @@ function addressOf(view) {
   return `#${out}`;
 }
 
-/** What is shown first: of the dofs asked for the one that moves most, or the result that was sought; the contact that dissipates most there. */
+/** Of the dofs asked for, else of all, the one that moves most: its name, and the point where it does. */
+function soughtOf(result) {
+  const asked = result.content.asked.map((place) => result.dofs[place]);
+  const among = asked.length ? asked : result.dofs, alike = among.filter((name) => result.unitOf(name) !== "rad"); // rad and lengths are not compared
+  return largest(result, "amplitude", alike.length ? alike : among);
+}
+
+/** What is shown first: the dof that was sought, or the result that was; the contact that dissipates most there. */
 function startOf(model) {
   const first = model.results.find((result) => result.points) ?? model.results[0];
-  const asked = first.content.asked.map((place) => first.dofs[place]);
-  const among = asked.length ? asked : first.dofs, alike = among.filter((name) => first.unitOf(name) !== "rad"); // rad and lengths are not compared
-  const peak = largest(first, "amplitude", alike.length ? alike : among);
+  const peak = soughtOf(first);
   const sought = first.content.notes.find(([, , kind]) => kind === "optimum" || (kind === "requested" && first.content.analysis === "modes"));
   return {
     curve: model.curves[0]?.key ?? "", result: first.index, point: first.content.analysis === "wear" ? Math.max(0, first.points - 1) : sought ? sought[0] : peak.point,
