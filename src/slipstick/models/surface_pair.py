@@ -1,0 +1,334 @@
+"""Friction contacts between two surfaces of a finite element model whose meshes need not match."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from slipstick.balance.contacts import ContactPair
+from slipstick.contact.friction import FrictionContact
+from slipstick.errors import Fault, InputError
+from slipstick.faults import MOST_ITEMS, SMALLEST, Gathering, number, one, shown, text, warn, whole, wrong
+from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.loads import area
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.model import FiniteElementModel, ImportedModel
+from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
+from slipstick.fem.ties import face_size, project
+from slipstick.typing import Array, Reals
+
+GEOMETRY, TOUCHING = "geometry", "touching"
+FACES, NODES = "faces", "nodes"
+
+_UNMATCHED = 0.01
+"""Share of both surfaces that may lie beside the other one without a warning: the smaller one should be covered."""
+
+_ROUNDING = 1e-9
+"""Gaps of this share of a face are rounding."""
+
+_SOFTER = 0.2
+"""Share of the resistance to a rotation that patches may lose without a warning."""
+
+
+class SurfacePair(list[ContactPair]):
+    """Contacts between two surfaces, a list of ``ContactPair``; made by :func:`slipstick.surface_pair`.
+
+    Attributes
+    ----------
+    name
+        Of the pair: its contacts are "NAME 1", "NAME 2", ...
+    points
+        Positions midway, normals out of the first surface, and areas of the contacts.
+    gaps
+        Distance between the surfaces at each contact, (n,), as the contacts have it, without the gap of the law;
+        negative where they overlap.
+    softer
+        Share of the joint's resistance to a rigid rotation that patches lose, at most; 0 without ``points``.
+    notes, warnings
+        What was found of the two surfaces; what is suspicious.
+    """
+
+    def __init__(
+        self, contacts: Sequence[ContactPair], *, name: str, facing: Facing, gaps: Array, softer: float,
+        notes: Sequence[str], warnings: Sequence[str],
+    ) -> None:  # fmt: skip
+        super().__init__(contacts)
+        self.name, self.facing, self.gaps, self.softer = name, facing, gaps, softer
+        self.notes, self.warnings = tuple(notes), tuple(warnings)
+
+    @property
+    def points(self) -> ContactPoints:
+        """The contact points."""
+        return self.facing.points
+
+
+def surface_pair(
+    model: ImportedModel,
+    first: str | Surface,
+    second: str | Surface,
+    *,
+    contact: FrictionContact,
+    name: str = "joint",
+    points: int | None = None,
+    gap: Literal["geometry", "touching"] = "geometry",
+    method: Literal["faces", "nodes"] = "faces",
+    direction: Reals | None = None,
+    within: float | None = None,
+) -> SurfacePair:
+    """Contacts "NAME 1", "NAME 2", ... between two surfaces of a model, whose meshes need not match.
+
+    Every point moves as the difference of the two surfaces there, each by the shape functions of its face. Give the
+    list as ``pairs`` to :func:`reduced_body` or :func:`reduced_sector`, which keeps these motions,
+    "NAME_1x", "NAME_1y", "NAME_1z", ..., and as ``contacts`` to :class:`Problem`.
+
+    Parameters
+    ----------
+    model
+        With the mesh of both bodies; what :func:`import_model` returns.
+    first, second
+        Two surfaces, by name or as surfaces of the mesh. Normals are those of the first one. The order does not matter.
+    contact
+        The law, with ``kt`` and ``kn`` per area (force/length^3), and either ``gap``, which is added to that of the
+        geometry, or ``normal_load`` per area, the pressure that interference gives on top of it. A
+        ``PlanarFrictionContact`` slides along the surface in any direction.
+    name
+        In names of parameters it stands for all of the contacts: "NAME.mu".
+    points
+        How many patches of points stand for all of them, each with its area, its centroid and the mean of its motion
+        and gap; None: every point of integration. A few dozen do in most joints; ``softer`` of the result estimates
+        what they lose.
+    gap
+        "geometry": as meshed, an overlap presses; "touching": zero everywhere, as ``ADJUST`` of Abaqus makes it.
+    method
+        "faces": points of integration on the common refinement of both surfaces, which transmit a constant pressure
+        exactly where faces are flat triangles or parallelograms. "nodes": the nodes of the first surface with their
+        shares of its area against the second one, which is simpler and transmits it approximately.
+    direction
+        The first sliding direction (3,), projected on the surface; needed for a law with one alone.
+    within
+        Largest distance or overlap of places that face each other, a length; by default the mean edge of the faces,
+        that of the coarser surface.
+
+    Raises
+    ------
+    InputError
+        For surfaces that are not there, share nodes, are too far apart, overlap too deeply, or do not face each other;
+        for laws that are no friction contacts, or have no ``kn``.
+
+    Warns
+    -----
+    SlipstickWarning
+        Surfaces of which both are covered in part alone; an overlap, which presses; patches that lose more than a
+        fifth of the joint's resistance to a rotation; places that were counted twice.
+
+    Notes
+    -----
+    The force on one surface is the opposite of that on the other one, and so are the moments of the normal forces.
+    Across a gap a friction force leaves a moment with the gap as its arm.
+
+    M. A. Puso and T. A. Laursen (2004), Comput. Methods Appl. Mech. Engrg. 193, 601-629, for the segments.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.mesh import together
+    >>> from slipstick.fem.model import elastic_model
+    >>> from slipstick.fem.materials import Material
+    >>> low, high = box((1.0, 1.0, 0.2), (3, 3, 1)), box((1.0, 1.0, 0.2), (2, 4, 1))
+    >>> mesh = together({"low": low, "high": replace(high, nodes=high.nodes + [0.0, 0.0, 0.2])})
+    >>> model = elastic_model(mesh, Material(young=2e11, poisson=0.3, density=7800.0), ["low.z0", "high.x0"])
+    >>> from slipstick.contact.planar import PlanarFrictionContact
+    >>> law = PlanarFrictionContact(kt=1e12, kn=1e12, mu=0.3, normal_load=1e6)
+    >>> joint = surface_pair(model, "low.z1", "high.z0", contact=law, points=9)
+    >>> len(joint), float(joint.points.areas.sum().round(12)), joint[0].name
+    (9, 1.0, 'joint 1')
+    """
+    gathering = Gathering()
+    gathering.take(one, "model", model, FiniteElementModel, "what ss.import_model returns")
+    for what, surface in (("first", first), ("second", second)):
+        gathering.take(one, what, surface, (str, Surface), "the name of a surface")
+    gathering.take(text, "name", name)
+    gathering.faults += _law_faults(contact, direction)
+    count = gathering.optional(whole, "points", points, 1, MOST_ITEMS)
+    gathering.take(_one_of, "gap", gap, (GEOMETRY, TOUCHING))
+    gathering.take(_one_of, "method", method, (FACES, NODES))
+    reach = gathering.optional(number, "within", within, "a length > 0", above=SMALLEST)
+    gathering.end()
+    mesh = model.in_mesh("contacts between surfaces")
+    pair = _surfaces(mesh, first, second)
+    names = tuple(
+        f"surface '{one}'" if isinstance(one, str) else f"the {which} surface"
+        for one, which in ((first, "first"), (second, "second"))
+    )
+    size = max(face_size(mesh, one) for one in pair)
+    reach = size if reach is None else reach
+    find = facing_points if method == FACES else facing_nodes
+    facing = find(mesh, *pair, reach)
+    if facing is None:
+        raise InputError(_apart(mesh, pair, names, reach))
+    notes, warnings = list(_covered(mesh, pair, names, facing, reach)), list[str]()
+    rounding = _ROUNDING * size
+    gaps = np.where(np.abs(facing.gaps) <= rounding, 0.0, facing.gaps)
+    facing, softer = replace(facing, gaps=gaps), 0.0
+    warnings += _cover_warnings(mesh, pair, names, facing, reach)
+    notes += _gap_notes(gaps, gap)
+    if gap == GEOMETRY and gaps.min() < 0.0:
+        warnings.append(
+            f"{names[0]} and {names[1]} overlap by up to {-gaps.min():.3g}, which presses as an interference fit does; "
+            'gap="touching" closes gaps and overlaps'
+        )
+    if count is not None and count < len(gaps):
+        whole_count = len(gaps)
+        facing, softer = thinned(facing, count)
+        lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.2g} %"
+        notes.append(f"{facing.points.count} patches stand for {whole_count} points: {lost}")
+        if softer > _SOFTER:
+            warnings.append(f"{facing.points.count} patches are few for these surfaces: {lost}; give more points")
+    facing = replace(facing, points=replace(facing.points, side=f"{name}_"))
+    gaps = facing.gaps if gap == GEOMETRY else np.zeros_like(facing.gaps)
+    said = [f"contacts '{name}': {sentence}" for sentence in warnings]
+    contacts = list(_contacts(name, contact, facing.points, gaps, direction))
+    warn(said)
+    return SurfacePair(
+        contacts, name=name, facing=facing, gaps=gaps, softer=softer,
+        notes=[f"contacts '{name}': {sentence}" for sentence in notes], warnings=said,
+    )  # fmt: skip
+
+
+def _one_of(name: str, value: object, known: Sequence[str]) -> None:
+    if not isinstance(value, str) or value not in known:
+        raise wrong(name, value, " or ".join(f'"{each}"' for each in known))
+
+
+def _law_faults(contact: Any, direction: Any) -> Iterator[Fault]:
+    if not isinstance(contact, FrictionContact):
+        yield Fault(
+            "contact", found=shown(contact), expected="ss.PlanarFrictionContact(...) or ss.FrictionContact(...)"
+        )
+        return
+    for name, value in contact.values.items():
+        if np.ndim(value):
+            yield Fault(("contact", name), found=f"{np.size(value)} values", expected="one, per area, for all points")
+    missing = {"normal"} if _frictionless(contact) else {"tangential", "normal"}
+    yield from (fault.inside("contact") for fault in contact.missing(missing))
+    if direction is None and "second" not in contact.ports and not _frictionless(contact):
+        remedy = "give one, or a PlanarFrictionContact, which slides in any"
+        yield Fault("direction", "is missing: a FrictionContact slides along one direction", remedy=remedy)
+
+
+def _frictionless(contact: FrictionContact) -> bool:
+    return "tangential" in contact.optional_ports
+
+
+def _surfaces(mesh: Mesh, first: str | Surface, second: str | Surface) -> tuple[Surface, Surface]:
+    """Both surfaces, which share no node."""
+    gathering, pair = Gathering(), list[Surface]()
+    for what, given in (("first", first), ("second", second)):
+        surface = given if isinstance(given, Surface) else gathering.inside((what,), mesh.surface, given)
+        if surface is not None and not surface.n_faces:
+            gathering.faults.append(Fault(what, "has no faces", found=shown(given)))
+        pair += [] if surface is None else [surface]
+    gathering.end()
+    shared = np.intersect1d(pair[0].nodes, pair[1].nodes)
+    if len(shared):
+        what = f"has {len(shared)} nodes of the first surface, as node {mesh.labels[shared[0]]}"
+        raise InputError(
+            Fault("second", what, remedy="give two bodies nodes of their own where they touch: common ones are glued")
+        )
+    return pair[0], pair[1]
+
+
+def _apart(mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], within: float) -> Fault:
+    """Why two surfaces do not meet: their distances, or where they look."""
+    feet = project(mesh, pair[1], mesh.nodes[pair[0].nodes])
+    assert feet.normals is not None
+    nearest, farthest = float(feet.distances.min()), float(feet.distances.max())
+    ahead = np.einsum("na,na->n", mesh.nodes[pair[0].nodes] - feet.places, feet.normals)
+    at = int(feet.distances.argmin())
+    both = f"{names[0]} and {names[1]}"
+    if nearest > within:
+        how = "overlap" if ahead[at] < -0.9 * nearest else "are apart"
+        what = f"{both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {within:.3g}"
+        return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
+    looks = [_mean_normal(mesh, one) for one in pair]
+    sizes = [float(np.linalg.norm(one)) for one in looks]
+    angle = ""
+    if min(sizes) > 0.0:
+        degrees = np.degrees(np.arccos(np.clip(looks[0] @ looks[1] / (sizes[0] * sizes[1]), -1.0, 1.0)))
+        angle = f": their outward normals are {degrees:.0f} degrees apart on average, and 180 where they face"
+    what = f"{both} lie {nearest:.3g} to {farthest:.3g} apart, but do not face each other{angle}"
+    return Fault("second", what, remedy="give the two sides that touch")
+
+
+def _mean_normal(mesh: Mesh, surface: Surface) -> Array:
+    from slipstick.fem.geometry import face_geometry
+
+    parts = [np.einsum("mq,mqa->a", w, n) for _, _, w, n in face_geometry(mesh, surface)]
+    return np.asarray(np.sum(parts, axis=0))
+
+
+def _covered(
+    mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], facing: Facing, within: float
+) -> Iterator[str]:
+    shares = " and ".join(
+        f"{100.0 * covered / area(mesh, one):.4g} % of {name}"
+        for one, name, covered in zip(pair, names, facing.covered, strict=True)
+    )
+    total = facing.points.areas.sum()
+    yield f"{facing.points.count} points on an area of {total:.6g}, {shares}, within {within:.3g}"
+
+
+def _cover_warnings(
+    mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], facing: Facing, within: float
+) -> Iterator[str]:
+    shares = [covered / area(mesh, one) for one, covered in zip(pair, facing.covered, strict=True)]
+    if max(shares) < 1.0 - _UNMATCHED:
+        yield (
+            f"{100.0 * (1.0 - shares[0]):.3g} % of {names[0]} and {100.0 * (1.0 - shares[1]):.3g} % of {names[1]} face "
+            f"nothing of the other within {within:.3g}, and carry no contact"
+        )
+    if max(shares) > 1.0 + _UNMATCHED:
+        which = int(np.argmax(shares))
+        yield f"{100.0 * (shares[which] - 1.0):.3g} % of {names[which]} faces two places of the other and counts twice"
+
+
+def _gap_notes(gaps: Array, wanted: str) -> Iterator[str]:
+    low, high = float(gaps.min()), float(gaps.max())
+    if low == high == 0.0:
+        yield "the surfaces touch"
+        return
+    found = [f"gaps up to {high:.3g}"] * (high > 0.0) + [f"overlaps up to {-low:.3g}"] * (low < 0.0)
+    done = "are set to zero" if wanted == TOUCHING else "count"
+    arm = max(high, -low)
+    yield f"{' and '.join(found)} {done}; friction forces leave a moment with an arm of up to {arm:.3g}"
+
+
+def _contacts(
+    name: str, contact: FrictionContact, points: ContactPoints, gaps: Array, direction: Reals | None
+) -> Iterator[ContactPair]:
+    """One contact a point: stiffness by area, the gap of the law on top of that of the geometry."""
+    normal = points.normal
+    along: list[Any] = [None] * points.count
+    if not _frictionless(contact):
+        tangents = _across(points.normals) if direction is None else points.tangents(direction)
+        along = list(points.cosines(tangents))
+        if "second" in contact.ports:
+            along = list(zip(along, points.cosines(np.cross(points.normals, tangents)), strict=True))
+    values = {key: float(np.asarray(value)) for key, value in contact.values.items()}
+    for k in range(points.count):
+        area_here = float(points.areas[k])
+        own = {"kn": values["kn"] * area_here, "gap": values["gap"] + float(gaps[k])}
+        if not _frictionless(contact):
+            own["kt"] = values["kt"] * area_here
+        yield ContactPair(name=f"{name} {k + 1}", contact=contact.changed(**own), tangential=along[k], normal=normal[k])
+
+
+def _across(normals: Array) -> Array:
+    """Unit vectors along the surface (n, 3), near an axis of the model."""
+    axis = np.eye(3)[np.abs(normals).round(6).argmin(axis=1)]
+    flat = axis - np.einsum("na,na->n", axis, normals)[:, None] * normals
+    return np.asarray(flat / np.linalg.norm(flat, axis=1)[:, None])
