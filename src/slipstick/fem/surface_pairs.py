@@ -40,6 +40,9 @@ _SLIVER = 1e-11
 _STRAIGHT = 1e-9
 """Middles this close to those of their edges, over the length, belong to straight edges."""
 
+_CONVERGED = 1e-13
+"""Steps in the coordinates of a face below it are rounding."""
+
 _NEWTON_STEPS = 25
 """Newton iterations for the place where a line meets a face, at most."""
 
@@ -145,6 +148,8 @@ def facing_points(mesh: Mesh, first: Surface, second: Surface, within: float) ->
     """Gauss points on the common refinement of two surfaces; None where none lie within a distance."""
     a, b = _faces(mesh, first), _faces(mesh, second)
     i, j = _candidates(a, b, within)
+    if not len(i):
+        return None
     (areas_a, normals_a), (areas_b, normals_b) = a.areas_normals, b.areas_normals
     along = normals_a[i] - normals_b[j]
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -155,6 +160,8 @@ def facing_points(mesh: Mesh, first: Surface, second: Surface, within: float) ->
     polygons, counts = _clipped(flat_a, flat_b[:, ::-1], _ROUNDING * sizes)
     large = _areas(polygons, counts) > _SLIVER * sizes**2
     i, j, along, middles, frame = (part[large] for part in (i, j, along, middles, frame))
+    if not len(i):
+        return None
     low = a.affine[a.face[i]] & b.affine[b.face[j]]
     owner, flat, shares = _gauss_points(polygons[large], counts[large], low)
     points = middles[owner] + np.einsum("pd,pad->pa", flat, frame[owner])
@@ -215,8 +222,8 @@ def _cut(polygons: Array, counts: IntArray, start: Array, inward: Array, roundin
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(crossing, np.clip(height / (height - after), 0.0, 1.0), 0.0)
     met = polygons + share[..., None] * (corners_after - polygons)
-    both = np.stack([polygons, met], axis=2).reshape(len(polygons), -1, 2)
-    return _compact(both, np.stack([there & inside, crossing], axis=2).reshape(len(polygons), -1))
+    both = np.stack([polygons, met], axis=2).reshape(len(polygons), 2 * polygons.shape[1], 2)
+    return _compact(both, np.stack([there & inside, crossing], axis=2).reshape(both.shape[:2]))
 
 
 def _without_repeated(polygons: Array, counts: IntArray, distance: Array) -> tuple[Array, IntArray]:
@@ -307,11 +314,13 @@ def _meet(mesh: Mesh, faces: _Faces, face: IntArray, points: Array, along: Array
         corners = mesh.nodes[faces.nodes[face[at], : FACES[kind].n_nodes]]
         ahead = along[at]
         local = np.full((len(at), 2), 1.0 / 3.0 if kind.startswith("tri") else 0.0)
+        moving = np.arange(len(at))
         for _ in range(_NEWTON_STEPS):
-            place, across = _place(basis, local, corners)
-            step = _solved(across, ahead, points[at] - place)
-            local = local + step
-            if np.abs(step).max(initial=0.0) < 1e-13:
+            place, across = _place(basis, local[moving], corners[moving])
+            step = _solved(across, ahead[moving], points[at[moving]] - place)
+            local[moving] += step
+            moving = moving[np.abs(step).max(axis=1) > _CONVERGED]
+            if not len(moving):
                 break
         place, across = _place(basis, local, corners)
         normal = np.cross(across[..., 0], across[..., 1])

@@ -26,10 +26,13 @@ FACES, NODES = "faces", "nodes"
 _UNMATCHED = 0.01
 """Share of both surfaces that may lie beside the other one without a warning: the smaller one should be covered."""
 
+_TWICE = 0.05
+"""Share of a surface that may count twice without a warning: curved ones across a gap have no area that is exact."""
+
 _ROUNDING = 1e-9
 """Gaps of this share of a face are rounding."""
 
-_SOFTER = 0.2
+_SOFTER = 0.5
 """Share of the resistance to a rotation that patches may lose without a warning."""
 
 
@@ -122,7 +125,7 @@ def surface_pair(
     -----
     SlipstickWarning
         Surfaces of which both are covered in part alone; an overlap, which presses; patches that lose more than a
-        fifth of the joint's resistance to a rotation; places that were counted twice.
+        half of the joint's resistance to a rotation; places that were counted twice.
 
     Notes
     -----
@@ -291,7 +294,7 @@ def _cover_warnings(
             f"{100.0 * (1.0 - shares[0]):.3g} % of {names[0]} and {100.0 * (1.0 - shares[1]):.3g} % of {names[1]} face "
             f"nothing of the other within {within:.3g}, and carry no contact"
         )
-    if max(shares) > 1.0 + _UNMATCHED:
+    if max(shares) > 1.0 + _TWICE:
         which = int(np.argmax(shares))
         yield f"{100.0 * (shares[which] - 1.0):.3g} % of {names[which]} faces two places of the other and counts twice"
 
