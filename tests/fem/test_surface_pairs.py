@@ -21,8 +21,8 @@ KINDS = [("hex8", "tet4"), ("hex20", "tet10"), ("hex20", "hex8"), ("tet10", "tet
 def blocks(kinds=("hex20", "tet10"), gap=0.0, fine=1, height=0.5):
     """Two blocks one above the other, with surfaces A (top of the lower) and B (bottom of the upper one)."""
     lower = box((1.0, 1.0, height), (4 * fine, 5 * fine, fine), kinds[0])
-    upper = box((1.0, 1.0, height), (3 * fine, 7 * fine, fine), kinds[1])
-    mesh = together({"A": lower, "B": replace(upper, nodes=upper.nodes + [0.0, 0.0, height + gap])})
+    upper = box((1.0, 1.0, height), (3 * fine, 7 * fine, fine), kinds[1], at=(0.0, 0.0, height + gap))
+    mesh = together({"A": lower, "B": upper})
     return replace(mesh, surfaces={**mesh.surfaces, "A": mesh.surfaces["A.z1"], "B": mesh.surfaces["B.z0"]})
 
 
@@ -195,9 +195,7 @@ def test_units_and_the_order_of_nodes_do_not_matter():
     nodes[new] = mesh.nodes
     starts = {"quad8": (2, 3, 0, 1, 6, 7, 4, 5), "quad4": (3, 0, 1, 2)}
     again = {
-        name: Surface(
-            faces={k: new[f][::-1][:, starts[k]] for k, f in mesh.surface(name).faces.items() if len(f)}
-        )
+        name: Surface(faces={k: new[f][::-1][:, starts[k]] for k, f in mesh.surface(name).faces.items() if len(f)})
         for name in "AB"
     }
     other = replace(mesh, nodes=nodes, blocks={k: new[b] for k, b in mesh.blocks.items()}, surfaces=again)

@@ -14,7 +14,7 @@ points.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,18 +71,26 @@ class Facing(WeightedPoints):
     gaps: Array
     covered: tuple[float, float]
 
+    def among(self, kept: BoolArray) -> Facing:
+        """Those marked."""
+        p = self.points
+        fewer = ContactPoints(positions=p.positions[kept], normals=p.normals[kept], areas=p.areas[kept])
+        return replace(
+            self, points=fewer, weights=csc_array(self.weights[:, np.flatnonzero(kept)]), gaps=self.gaps[kept]
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class _Faces:
     """Faces of a surface, and the flat polygons that stand for them while they are clipped.
 
-    ``kinds`` (n_faces,) indices into ``_KINDS``; ``nodes`` (n_faces, 8) padded; ``affine`` (n_faces,) whether low
-    orders integrate it. ``cells`` (m, 4, 3) polygons, triangles with their last corner twice; ``face`` (m,) of each.
+    ``kinds`` (n_faces,) indices into ``_KINDS``; ``nodes`` (n_faces, 8) padded; ``low`` (n_faces,) whether rules
+    of low order do. ``cells`` (m, 4, 3) polygons, triangles with their last corner twice; ``face`` (m,) of each.
     """
 
     kinds: IntArray
     nodes: IntArray
-    affine: BoolArray
+    low: BoolArray
     cells: Array
     face: IntArray
 
@@ -113,7 +121,7 @@ _CURVED: dict[str, tuple[tuple[int, ...], ...]] = {
 
 
 def _faces(mesh: Mesh, surface: Surface) -> _Faces:
-    kinds, nodes, affine, cells, face, n = [], [], [], [], [], 0
+    kinds, nodes, low, cells, face, n = [], [], [], [], [], 0
     for kind, block in surface.faces.items():
         if not len(block):
             continue
@@ -136,10 +144,11 @@ def _faces(mesh: Mesh, surface: Surface) -> _Faces:
             face.append(numbers[~straight])
         kinds.append(np.full(len(block), _KINDS.index(kind)))
         nodes.append(np.pad(block, ((0, 0), (0, 8 - block.shape[1]))))
-        affine.append(straight & (skew <= _STRAIGHT * size) & (kind != "quad8"))
+        # cubic shape functions, and inverse maps that are no polynomials; curved faces are cut into smaller cells
+        low.append(~straight | ((skew <= _STRAIGHT * size) & (kind != "quad8")))
         n += len(block)
     return _Faces(
-        kinds=np.concatenate(kinds), nodes=np.concatenate(nodes), affine=np.concatenate(affine),
+        kinds=np.concatenate(kinds), nodes=np.concatenate(nodes), low=np.concatenate(low),
         cells=np.concatenate(cells), face=np.concatenate(face),
     )  # fmt: skip
 
@@ -162,7 +171,7 @@ def facing_points(mesh: Mesh, first: Surface, second: Surface, within: float) ->
     i, j, along, middles, frame = (part[large] for part in (i, j, along, middles, frame))
     if not len(i):
         return None
-    low = a.affine[a.face[i]] & b.affine[b.face[j]]
+    low = a.low[a.face[i]] & b.low[b.face[j]]
     owner, flat, shares = _gauss_points(polygons[large], counts[large], low)
     points = middles[owner] + np.einsum("pd,pad->pa", flat, frame[owner])
     return _met(mesh, a, b, a.face[i][owner], b.face[j][owner], points, along[owner], shares, within)

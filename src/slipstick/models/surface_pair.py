@@ -18,7 +18,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
 from slipstick.fem.ties import face_size, project
-from slipstick.typing import Array, Reals
+from slipstick.typing import Array, BoolArray, Reals
 
 GEOMETRY, TOUCHING = "geometry", "touching"
 FACES, NODES = "faces", "nodes"
@@ -136,13 +136,12 @@ def surface_pair(
 
     Examples
     --------
-    >>> from dataclasses import replace
     >>> from slipstick.fem.box import box
     >>> from slipstick.fem.mesh import together
     >>> from slipstick.fem.model import elastic_model
     >>> from slipstick.fem.materials import Material
-    >>> low, high = box((1.0, 1.0, 0.2), (3, 3, 1)), box((1.0, 1.0, 0.2), (2, 4, 1))
-    >>> mesh = together({"low": low, "high": replace(high, nodes=high.nodes + [0.0, 0.0, 0.2])})
+    >>> low, high = box((1.0, 1.0, 0.2), (3, 3, 1)), box((1.0, 1.0, 0.2), (2, 4, 1), at=(0.0, 0.0, 0.2))
+    >>> mesh = together({"low": low, "high": high})
     >>> model = elastic_model(mesh, Material(young=2e11, poisson=0.3, density=7800.0), ["low.z0", "high.x0"])
     >>> from slipstick.contact.planar import PlanarFrictionContact
     >>> law = PlanarFrictionContact(kt=1e12, kn=1e12, mu=0.3, normal_load=1e6)
@@ -174,10 +173,16 @@ def surface_pair(
     if facing is None:
         raise InputError(_apart(mesh, pair, names, reach))
     notes, warnings = list(_covered(mesh, pair, names, facing, reach)), list[str]()
-    rounding = _ROUNDING * size
-    gaps = np.where(np.abs(facing.gaps) <= rounding, 0.0, facing.gaps)
-    facing, softer = replace(facing, gaps=gaps), 0.0
+    facing, softer = replace(facing, gaps=np.where(np.abs(facing.gaps) <= _ROUNDING * size, 0.0, facing.gaps)), 0.0
     warnings += _cover_warnings(mesh, pair, names, facing, reach)
+    moves = _moves(model, facing)
+    if not moves.any():
+        what = f"every node of {names[0]} and {names[1]} where they meet is held"
+        raise InputError(Fault("first", what, remedy="hold fewer nodes: there is nothing to slide"))
+    if not moves.all():
+        notes.append(f"{(~moves).sum()} points lie between nodes that are held, and carry no contact")
+        facing = facing.among(moves)
+    gaps = facing.gaps
     notes += _gap_notes(gaps, gap)
     if gap == GEOMETRY and gaps.min() < 0.0:
         warnings.append(
@@ -187,7 +192,7 @@ def surface_pair(
     if count is not None and count < len(gaps):
         whole_count = len(gaps)
         facing, softer = thinned(facing, count)
-        lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.2g} %"
+        lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.0f} %"
         notes.append(f"{facing.points.count} patches stand for {whole_count} points: {lost}")
         if softer > _SOFTER:
             warnings.append(f"{facing.points.count} patches are few for these surfaces: {lost}; give more points")
@@ -200,6 +205,12 @@ def surface_pair(
         contacts, name=name, facing=facing, gaps=gaps, softer=softer,
         notes=[f"contacts '{name}': {sentence}" for sentence in notes], warnings=said,
     )  # fmt: skip
+
+
+def _moves(model: FiniteElementModel, facing: Facing) -> BoolArray:
+    """Which points have a node that moves, (n,)."""
+    free = (np.diff(model.motion.indptr) > 0).reshape(-1, 3).any(axis=1)
+    return np.asarray(abs(facing.weights).T @ free.astype(float) > 0.0)
 
 
 def _one_of(name: str, value: object, known: Sequence[str]) -> None:
