@@ -270,3 +270,32 @@ def test_a_stop_without_friction(model):
     joint = pair(model, contact=ss.FrictionContact(kn=1e12, gap=1e-4), points=6)
     assert joint[0].direction("tangential") is None
     assert joint[0].contact.gap == pytest.approx(1e-4)
+
+
+def test_a_pair_inside_a_sector():
+    """A tile on the rim of a sixth of a disc: the reduced phases against the full sector."""
+
+    def bent(mesh, inner, start, angle):
+        x, y, z = mesh.nodes.T
+        at, radius = start + x * angle, inner + z
+        return replace(mesh, nodes=np.stack([radius * np.cos(at), radius * np.sin(at), y], axis=1))
+
+    disc = bent(box((1.0, 0.1, 0.2), (4, 1, 1), "hex20"), 0.8, 0.0, np.pi / 3.0)
+    tile = bent(box((1.0, 0.1, 0.1), (3, 2, 1), "hex20"), 1.0, np.pi / 12.0, np.pi / 6.0)
+    model = elastic_model(together({"disc": disc, "tile": tile}), STEEL, ["disc.z0", "tile.z1"])
+    joint = ss.surface_pair(model, "disc.z1", "tile.z0", contact=LAW, points=12, gap="touching")
+    assert joint.points.areas.sum() == pytest.approx(np.pi / 6.0 * 0.1, rel=1e-2)
+    sector = ss.reduced_sector(
+        model, sectors=6, low="disc.x0", high="disc.x1", pairs=joint, pressure={"push": "disc.y1"}, modes=20
+    )
+    assert sector.dofs[:3] == ("joint_1x", "joint_1y", "joint_1z")
+    assert set(joint.notes) <= set(sector.notes)
+    omega = 0.7 * sector.natural_frequencies(1)[0]
+    assert sector.receptance_error(1, omega) < 1e-4
+    wave = ss.Problem(
+        sector.travelling_wave(1),
+        contacts=joint,
+        loads=[ss.Load(shape="push", cos=1e3)],
+        harmonics=ss.Harmonics([0, 1]),
+    )
+    assert len(wave.elements) == 12

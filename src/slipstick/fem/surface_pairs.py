@@ -49,6 +49,9 @@ _NEWTON_STEPS = 25
 _CELLS = 10
 """Where points are many, those in one cell of a grid, this many each way in a patch, belong to one patch."""
 
+_RESISTED = 1e-4
+"""Rotations with less than this share of the resistance to the one that is resisted most do not count."""
+
 _BESIDE = 1e-6
 """Nodes this far beside the other surface, over the length of an edge, do not face it."""
 
@@ -168,7 +171,8 @@ def facing_points(mesh: Mesh, first: Surface, second: Surface, within: float) ->
     flat_a, flat_b = (np.einsum("mka,mad->mkd", part - middles[:, None], frame) for part in (a.cells[i], b.cells[j]))
     polygons, counts = _clipped(flat_a, flat_b[:, ::-1], _ROUNDING * sizes)
     large = _areas(polygons, counts) > _SLIVER * sizes**2
-    i, j, along, middles, frame = (part[large] for part in (i, j, along, middles, frame))
+    i, j = i[large], j[large]
+    along, middles, frame = along[large], middles[large], frame[large]
     if not len(i):
         return None
     low = a.low[a.face[i]] & b.low[b.face[j]]
@@ -428,16 +432,17 @@ def _nodal_normals(mesh: Mesh, surface: Surface) -> Array:
     return normals / np.where(size > 0.0, size, 1.0)
 
 
-def thinned(facing: Facing, count: int) -> tuple[Facing, float]:
+def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tuple[Facing, float]:
     """As many patches of points, each of which moves as their mean by area; and how much softer that makes the joint.
 
     Areas and first moments are kept. A patch has no resistance to a rotation of its own: the number is the largest
-    share, over all axes, of the resistance to a rigid rotation about the middle of the surface that is lost.
+    share, over all axes, of the resistance to a rigid rotation about the middle of the surface that is lost, with
+    springs ``kt`` along the surface and ``kn`` across it, per area.
     """
     points, areas = facing.points, facing.points.areas
     owner = _patches(points, count)
     size = int(owner.max()) + 1
-    total = np.bincount(owner, areas, minlength=size)
+    total: Array = np.asarray(np.bincount(owner, areas, minlength=size), dtype=float)
     mean = csr_array((areas / total[owner], (np.arange(len(owner)), owner)), shape=(len(owner), size))
     normals = mean.T @ points.normals
     fewer = Facing(
@@ -450,7 +455,7 @@ def thinned(facing: Facing, count: int) -> tuple[Facing, float]:
         gaps=mean.T @ facing.gaps,
         covered=facing.covered,
     )
-    return fewer, _softer(points, fewer.points)
+    return fewer, _softer(points, fewer.points, kt, kn)
 
 
 def _patches(points: ContactPoints, count: int) -> IntArray:
@@ -462,33 +467,25 @@ def _patches(points: ContactPoints, count: int) -> IntArray:
     if len(areas) > _CELLS**2 * count:
         grid = np.round((features - features.min(axis=0)) * (_CELLS / reach)).astype(np.int64)
         group = np.unique(grid, axis=0, return_inverse=True)[1].ravel()
-    shares = np.bincount(group, areas)
+    shares: Array = np.asarray(np.bincount(group, areas), dtype=float)
     means = np.stack([np.bincount(group, areas * column) / shares for column in features.T], axis=1)
     owner = nearest_centres(means, spread(means, shares, min(count, len(shares))))
     return np.asarray(np.unique(owner, return_inverse=True)[1].ravel()[group])
 
 
-def _softer(points: ContactPoints, fewer: ContactPoints) -> float:
-    """The largest share of resistance to a rotation that patches lose: normal motion, and motion along the surface."""
+def _softer(points: ContactPoints, fewer: ContactPoints, kt: float, kn: float) -> float:
+    """The largest share of the resistance to a rotation that patches lose."""
     middle = np.average(points.positions, axis=0, weights=points.areas)
-    worst = 0.0
-    for across in (True, False):
-        whole, left = (
-            _resistance(part.positions - middle, part.normals, part.areas, across) for part in (points, fewer)
-        )
-        sizes, axes = np.linalg.eigh(whole)
-        there = sizes > 1e-9 * sizes.max(initial=0.0)
-        scaled = axes[:, there] / np.sqrt(sizes[there])
-        kept = np.linalg.eigvalsh(scaled.T @ left @ scaled)
-        worst = max(worst, 1.0 - float(kept.min(initial=1.0)))
-    return worst
+    whole, left = (_resistance(part.positions - middle, part.normals, part.areas, kt, kn) for part in (points, fewer))
+    sizes, axes = np.linalg.eigh(whole)
+    there = sizes > _RESISTED * sizes.max(initial=0.0)
+    scaled = axes[:, there] / np.sqrt(sizes[there])
+    return max(0.0, 1.0 - float(np.linalg.eigvalsh(scaled.T @ left @ scaled).min(initial=1.0)))
 
 
-def _resistance(arms: Array, normals: Array, areas: Array, across: bool) -> Array:
-    """Moment by rotation (3, 3) of springs of unit stiffness per area, along the normals or in the surface."""
+def _resistance(arms: Array, normals: Array, areas: Array, kt: float, kn: float) -> Array:
+    """Moment by rotation (3, 3) of springs along the surface and across it."""
     turning = np.cross(np.eye(3)[None], arms[:, None])  # motion by a rotation about each axis, (n, axis, 3)
     pressing = np.einsum("nxa,na->nx", turning, normals)
-    resisted = np.einsum("n,nx,ny->xy", areas, pressing, pressing)
-    if across:
-        return resisted
-    return np.einsum("n,nxa,nya->xy", areas, turning, turning) - resisted
+    across = np.einsum("n,nx,ny->xy", areas, pressing, pressing)
+    return np.asarray(kn * across + kt * (np.einsum("n,nxa,nya->xy", areas, turning, turning) - across))

@@ -49,7 +49,8 @@ class SurfacePair(list[ContactPair]):
         Distance between the surfaces at each contact, (n,), as the contacts have it, without the gap of the law;
         negative where they overlap.
     softer
-        Share of the joint's resistance to a rigid rotation that patches lose, at most; 0 without ``points``.
+        Share of the resistance of the joint's springs to a rigid rotation that patches lose, over all axes the most;
+        0 without ``points``.
     notes, warnings
         What was found of the two surfaces; what is suspicious.
     """
@@ -191,7 +192,7 @@ def surface_pair(
         )
     if count is not None and count < len(gaps):
         whole_count = len(gaps)
-        facing, softer = thinned(facing, count)
+        facing, softer = thinned(facing, count, *(float(np.asarray(contact.values[name])) for name in ("kt", "kn")))
         lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.0f} %"
         notes.append(f"{facing.points.count} patches stand for {whole_count} points: {lost}")
         if softer > _SOFTER:
