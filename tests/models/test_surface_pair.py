@@ -253,6 +253,34 @@ def test_patches_that_lose_the_resistance_to_a_rotation_are_reported(model):
         pair(model, points=1)
 
 
+def test_too_many_points_are_refused(monkeypatch, model):
+    monkeypatch.setattr("slipstick.models.surface_pair.MOST_CONTACTS", 100)
+    with pytest.raises(InputError, match=r"points: found \d+ points, and each keeps three dofs; expected at most 100"):
+        pair(model)
+    assert len(pair(model, points=20)) == 20
+
+
+def test_surfaces_of_the_mesh_are_taken_without_a_name(model):
+    lower, upper = (model.mesh.surface(name) for name in ("lower.z1", "upper.z0"))
+    joint = pair(model, lower, upper, points=6)
+    assert "100 % of the first surface and 100 % of the second surface" in joint.notes[0]
+    with pytest.raises(
+        InputError, match=r"the first surface and the second surface lie 0\.004 to 0\.0603 apart, but do not"
+    ):
+        pair(model, model.mesh.surface("lower.z0"), model.mesh.surface("upper.x0"), within=1.0)
+
+
+def test_gaps_that_differ_within_a_patch_are_reported():
+    flat = leaves()
+    nodes = flat.mesh.nodes.copy()
+    upper = np.unique(flat.mesh.blocks["tet10"])
+    nodes[upper, 2] += 1e-3 * nodes[upper, 0] / SIZE[0]
+    wedge = elastic_model(replace(flat.mesh, nodes=nodes), STEEL, ["lower.x0", "upper.x0"])
+    joint = pair(wedge, points=6)
+    assert "gaps of points differ from those of their patches by up to 0.000" in joint.notes[-1]
+    assert np.average(joint.gaps, weights=joint.points.areas) == pytest.approx(5e-4, rel=1e-3)
+
+
 def test_pairs_of_other_models_and_names_that_are_given_twice(model):
     joint = pair(model, points=6)
     other = leaves(divisions=((4, 2, 1), (4, 3, 1)))

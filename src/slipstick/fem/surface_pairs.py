@@ -432,12 +432,13 @@ def _nodal_normals(mesh: Mesh, surface: Surface) -> Array:
     return normals / np.where(size > 0.0, size, 1.0)
 
 
-def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tuple[Facing, float]:
-    """As many patches of points, each of which moves as their mean by area; and how much softer that makes the joint.
+def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tuple[Facing, float, float]:
+    """As many patches of points, each of which moves as their mean by area; and what that loses.
 
-    Areas and first moments are kept. A patch has no resistance to a rotation of its own: the number is the largest
-    share, over all axes, of the resistance to a rigid rotation about the middle of the surface that is lost, with
-    springs ``kt`` along the surface and ``kn`` across it, per area.
+    Areas and first moments are kept. A patch has no resistance to a rotation of its own: the first number is the
+    largest share, over all axes, of the resistance to a rigid rotation about the middle of the surface that is lost,
+    with springs ``kt`` along the surface and ``kn`` across it, per area. The second one is the largest difference of
+    a point's gap and that of its patch.
     """
     points, areas = facing.points, facing.points.areas
     owner = _patches(points, count)
@@ -455,7 +456,8 @@ def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tup
         gaps=mean.T @ facing.gaps,
         covered=facing.covered,
     )
-    return fewer, _softer(points, fewer.points, kt, kn)
+    uneven = float(np.abs(facing.gaps - fewer.gaps[owner]).max())
+    return fewer, _softer(points, fewer.points, kt, kn), uneven
 
 
 def _patches(points: ContactPoints, count: int) -> IntArray:

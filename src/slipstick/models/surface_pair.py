@@ -23,6 +23,9 @@ from slipstick.typing import Array, BoolArray, Reals
 GEOMETRY, TOUCHING = "geometry", "touching"
 FACES, NODES = "faces", "nodes"
 
+MOST_CONTACTS = 20_000
+"""Each keeps three dofs, of which the reduction is a full matrix."""
+
 _UNMATCHED = 0.01
 """Share of both surfaces that may lie beside the other one without a warning: the smaller one should be covered."""
 
@@ -120,7 +123,7 @@ def surface_pair(
     ------
     InputError
         For surfaces that are not there, share nodes, are too far apart, overlap too deeply, or do not face each other;
-        for laws that are no friction contacts, or have no ``kn``.
+        for laws that are no friction contacts, or have no ``kn``; for more than 20 000 contacts.
 
     Warns
     -----
@@ -192,11 +195,19 @@ def surface_pair(
         )
     if count is not None and count < len(gaps):
         whole_count = len(gaps)
-        facing, softer = thinned(facing, count, *(float(np.asarray(contact.values[name])) for name in ("kt", "kn")))
+        facing, softer, uneven = thinned(
+            facing, count, *(float(np.asarray(contact.values[name])) for name in ("kt", "kn"))
+        )
         lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.0f} %"
         notes.append(f"{facing.points.count} patches stand for {whole_count} points: {lost}")
+        if gap == GEOMETRY and uneven > _ROUNDING * size:
+            notes.append(f"gaps of points differ from those of their patches by up to {uneven:.3g}")
         if softer > _SOFTER:
             warnings.append(f"{facing.points.count} patches are few for these surfaces: {lost}; give more points")
+    if facing.points.count > MOST_CONTACTS:
+        found = f"{facing.points.count} points, and each keeps three dofs"
+        remedy = "a few dozen patches do in most joints: give points=50"
+        raise InputError(Fault("points", found=found, expected=f"at most {MOST_CONTACTS}", remedy=remedy))
     facing = replace(facing, points=replace(facing.points, side=f"{name}_"))
     gaps = facing.gaps if gap == GEOMETRY else np.zeros_like(facing.gaps)
     said = [f"contacts '{name}': {sentence}" for sentence in warnings]
