@@ -214,7 +214,7 @@ class FeTable(StressTable):
     residuals: Literal["auto", "written", "solved"] = Field(
         default="auto", description='"written", "solved" or "auto": how what the modes leave out is applied'
     )
-    joints: Joints = Field(default=[], alias=JOINTS, description="the joints of the case")
+    joints: Joints = Field(default=[], alias="[[joint]]", description="the joints of the case")
 
     @property
     def waits(self) -> bool:
