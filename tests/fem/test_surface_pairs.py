@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import spsolve
+from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
@@ -58,6 +59,27 @@ def test_surfaces_that_overlap_in_part_meet_there():
     assert found.points.areas.sum() == pytest.approx(0.63 * 0.78, rel=1e-12)
     half = replace(mesh, nodes=mesh.nodes + np.outer(upper, [2.0, 0.0, 0.0]))
     assert facing(half) is None
+
+
+@pytest.mark.parametrize("kinds", [("hex8", "tet4"), ("hex20", "wedge6")])
+def test_squares_turned_against_each_other_meet_in_their_intersection(kinds):
+    """Any place and angle, against the polygon in which two half-plane systems agree."""
+    rng = np.random.default_rng(5)
+    mesh = blocks(kinds)
+    upper = np.isin(np.arange(mesh.n_nodes), upper_nodes(mesh))[:, None]
+    sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    for _ in range(8):
+        angle, shift = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(-0.3, 0.3, size=2)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        flat = mesh.nodes.copy()
+        flat[:, :2] = np.where(upper, (flat[:, :2] - 0.5) @ turn.T + 0.5 + shift, flat[:, :2])
+        found = facing(replace(mesh, nodes=flat))
+        own = np.hstack([sides, -0.5 - sides @ [[0.5], [0.5]]])
+        other = np.hstack([sides @ turn.T, -0.5 - (sides @ turn.T) @ (0.5 + shift)[:, None]])
+        corners = HalfspaceIntersection(np.vstack([own, other]), 0.5 + shift / 2.0).intersections
+        assert found.points.areas.sum() == pytest.approx(ConvexHull(corners).volume, rel=1e-11)
+        assert np.abs(found.weights.T @ np.where(upper, [1.0, 2.0, 3.0], [1.0, 2.0, 3.0])).max() < 1e-12
+        assert found.points.areas.min() > 0.0
 
 
 def test_a_tilted_surface_has_the_mean_of_both_areas_and_a_gap_that_is_linear():
@@ -146,7 +168,7 @@ def test_a_linear_stress_is_carried_by_quadratic_elements_to_rounding():
 @pytest.mark.parametrize("find", [facing_points, facing_nodes])
 def test_forces_on_both_sides_are_opposite_and_a_gap_is_the_arm_of_friction(find):
     rng = np.random.default_rng(0)
-    for gap in (0.0, 0.04):
+    for gap in (0.0, 0.04, -0.02):
         mesh = turned(blocks(gap=gap))
         found = facing(mesh, find=find)
         forces = rng.normal(size=(len(found.gaps), 3))

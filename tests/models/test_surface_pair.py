@@ -115,15 +115,15 @@ def problem(body, contacts):
     """Leaves pressed together and shaken across."""
     pressing = [ss.Load(shape=name, harmonic=0, cos=1e6) for name in ("below", "above")]
     loads = [*pressing, ss.Load(base="z", motion="acceleration", cos=2e4)]
-    return ss.Problem(body.structure, contacts=contacts, loads=loads, harmonics=ss.Harmonics(range(4)))
+    return ss.Problem(body.structure, contacts=contacts, loads=loads, harmonics=ss.Harmonics(range(3)))
 
 
 OPTIONS = {"base": "z", "modes": 24, "loss_factor": 0.01, "pressure": {"below": "lower.z0", "above": "upper.z1"}}
 
 
-def steady(body, contacts, omega=(7.0e3, 1.3e4)):
+def steady(body, contacts, omega=(1.3e4,)):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # three harmonics are few
+        warnings.simplefilter("ignore")  # two harmonics are few
         return ss.steady_response(problem(body, contacts), omega=list(omega))
 
 
@@ -158,7 +158,6 @@ def grounded(fine):
     return elastic_model(mesh, STEEL, held)
 
 
-@pytest.mark.verify
 def test_the_curve_is_that_of_contacts_to_ground_as_points_and_meshes_are_refined():
     """Against ``surface_contacts``, whose patches stand for the same springs: the curves close up on each other."""
     law = ss.FrictionContact(kt=2e11, kn=2e11, mu=0.3, gap=0.0)
