@@ -156,4 +156,4 @@ def test_faults_of_joints_are_told_at_their_key(folder, old, new, said):
 
 def test_warnings_of_joints_are_those_of_the_case(folder):
     found = case(folder, CASE.replace("points = 6", "points = 1"))
-    assert any("1 patches are few for these surfaces" in sentence for sentence in found.warnings())
+    assert any("1 patch for both surfaces" in sentence for sentence in found.warnings())

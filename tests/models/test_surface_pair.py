@@ -248,7 +248,7 @@ def test_surfaces_that_meet_in_part_are_reported():
 
 
 def test_patches_that_lose_the_resistance_to_a_rotation_are_reported(model):
-    with pytest.warns(ss.SlipstickWarning, match="1 patches are few for these surfaces: .* falls by up to 100 %"):
+    with pytest.warns(ss.SlipstickWarning, match="1 patch for both surfaces: .* falls by up to 100 %"):
         pair(model, points=1)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +18,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
 from slipstick.fem.ties import face_size, project
-from slipstick.typing import Array, BoolArray, Reals
+from slipstick.typing import Array, Reals
 
 GEOMETRY, TOUCHING = "geometry", "touching"
 FACES, NODES = "faces", "nodes"
@@ -165,64 +165,126 @@ def surface_pair(
     reach = gathering.optional(number, "within", within, "a length > 0", above=SMALLEST)
     gathering.end()
     mesh = model.in_mesh("contacts between surfaces")
-    pair = _surfaces(mesh, first, second)
-    names = tuple(
-        f"surface '{one}'" if isinstance(one, str) else f"the {which} surface"
-        for one, which in ((first, "first"), (second, "second"))
-    )
-    size = max(face_size(mesh, one) for one in pair)
-    reach = size if reach is None else reach
-    find = facing_points if method == FACES else facing_nodes
-    facing = find(mesh, *pair, reach)
-    if facing is None:
-        raise InputError(_apart(mesh, pair, names, reach))
-    notes, warnings = list(_covered(mesh, pair, names, facing, reach)), list[str]()
-    facing, softer = replace(facing, gaps=np.where(np.abs(facing.gaps) <= _ROUNDING * size, 0.0, facing.gaps)), 0.0
-    warnings += _cover_warnings(mesh, pair, names, facing, reach)
-    moves = _moves(model, facing)
-    if not moves.any():
-        what = f"every node of {names[0]} and {names[1]} where they meet is held"
-        raise InputError(Fault("first", what, remedy="hold fewer nodes: there is nothing to slide"))
-    if not moves.all():
-        notes.append(f"{(~moves).sum()} points lie between nodes that are held, and carry no contact")
-        facing = facing.among(moves)
-    gaps = facing.gaps
-    notes += _gap_notes(gaps, gap)
-    if gap == GEOMETRY and gaps.min() < 0.0:
-        warnings.append(
-            f"{names[0]} and {names[1]} overlap by up to {-gaps.min():.3g}, which presses as an interference fit does; "
-            'gap="touching" closes gaps and overlaps'
-        )
-    if count is not None and count < len(gaps):
-        whole_count = len(gaps)
-        facing, softer, uneven = thinned(
-            facing, count, *(float(np.asarray(contact.values[name])) for name in ("kt", "kn"))
-        )
-        lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.0f} %"
-        notes.append(f"{facing.points.count} patches stand for {whole_count} points: {lost}")
-        if gap == GEOMETRY and uneven > _ROUNDING * size:
-            notes.append(f"gaps of points differ from those of their patches by up to {uneven:.3g}")
-        if softer > _SOFTER:
-            warnings.append(f"{facing.points.count} patches are few for these surfaces: {lost}; give more points")
-    if facing.points.count > MOST_CONTACTS:
-        found = f"{facing.points.count} points, and each keeps three dofs"
-        remedy = "a few dozen patches do in most joints: give points=50"
-        raise InputError(Fault("points", found=found, expected=f"at most {MOST_CONTACTS}", remedy=remedy))
+    surfaces = _surfaces(mesh, first, second)
+    called = [
+        f"surface '{given}'" if isinstance(given, str) else f"the {which} surface"
+        for given, which in ((first, "first"), (second, "second"))
+    ]
+    size = max(face_size(mesh, surface) for surface in surfaces)
+    ends = _Ends(mesh=mesh, surfaces=surfaces, called=called, size=size, within=size if reach is None else reach)
+    found = _Found()
+    facing = _moving(model, _faced(ends, method, found), ends, found)
+    _gaps_reported(facing.gaps, gap, ends, found)
+    facing, softer = _patches(facing, count, contact, gap == GEOMETRY, ends, found)
     facing = replace(facing, points=replace(facing.points, side=f"{name}_"))
     gaps = facing.gaps if gap == GEOMETRY else np.zeros_like(facing.gaps)
-    said = [f"contacts '{name}': {sentence}" for sentence in warnings]
     contacts = list(_contacts(name, contact, facing.points, gaps, direction))
-    warn(said)
-    return SurfacePair(
-        contacts, name=name, facing=facing, gaps=gaps, softer=softer,
-        notes=[f"contacts '{name}': {sentence}" for sentence in notes], warnings=said,
-    )  # fmt: skip
+    notes, warnings = ([f"contacts '{name}': {each}" for each in part] for part in (found.notes, found.warnings))
+    warn(warnings)
+    return SurfacePair(contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings)
 
 
-def _moves(model: FiniteElementModel, facing: Facing) -> BoolArray:
-    """Which points have a node that moves, (n,)."""
+@dataclass
+class _Found:
+    """What is reported of two surfaces, sentence by sentence."""
+
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Ends:
+    """Two surfaces, how they are called, their mean edge, and how far apart places may be that face each other."""
+
+    mesh: Mesh
+    surfaces: tuple[Surface, Surface]
+    called: Sequence[str]
+    size: float
+    within: float
+
+    @property
+    def both(self) -> str:
+        """Both names."""
+        return " and ".join(self.called)
+
+    def shares(self, covered: Sequence[float]) -> list[float]:
+        """Areas over those of the surfaces."""
+        return [part / area(self.mesh, surface) for part, surface in zip(covered, self.surfaces, strict=True)]
+
+
+def _faced(ends: _Ends, method: str, found: _Found) -> Facing:
+    """The points where the surfaces face each other, with gaps that rounding made set to zero."""
+    find = facing_points if method == FACES else facing_nodes
+    facing = find(ends.mesh, *ends.surfaces, ends.within)
+    if facing is None:
+        raise InputError(_apart(ends))
+    shares = ends.shares(facing.covered)
+    covered = " and ".join(f"{100.0 * share:.4g} % of {name}" for share, name in zip(shares, ends.called, strict=True))
+    total = facing.points.areas.sum()
+    found.notes.append(f"{facing.points.count} points on an area of {total:.6g}, {covered}, within {ends.within:.3g}")
+    if max(shares) < 1.0 - _UNMATCHED:
+        found.warnings.append(
+            f"{100.0 * (1.0 - shares[0]):.3g} % of {ends.called[0]} and {100.0 * (1.0 - shares[1]):.3g} % of "
+            f"{ends.called[1]} face nothing of the other within {ends.within:.3g}, and carry no contact"
+        )
+    if max(shares) > 1.0 + _TWICE:
+        which = int(np.argmax(shares))
+        much = f"{100.0 * (shares[which] - 1.0):.3g} % of {ends.called[which]}"
+        found.warnings.append(f"{much} faces two places of the other and counts twice")
+    return replace(facing, gaps=np.where(np.abs(facing.gaps) <= _ROUNDING * ends.size, 0.0, facing.gaps))
+
+
+def _moving(model: FiniteElementModel, facing: Facing, ends: _Ends, found: _Found) -> Facing:
+    """The points that have a node that moves."""
     free = (np.diff(model.motion.indptr) > 0).reshape(-1, 3).any(axis=1)
-    return np.asarray(abs(facing.weights).T @ free.astype(float) > 0.0)
+    moves = np.asarray(abs(facing.weights).T @ free.astype(float) > 0.0)
+    if moves.all():
+        return facing
+    if not moves.any():
+        what = f"every node of {ends.both} where they meet is held"
+        raise InputError(Fault("first", what, remedy="hold fewer nodes: there is nothing to slide"))
+    found.notes.append(f"{(~moves).sum()} points lie between nodes that are held, and carry no contact")
+    return facing.among(moves)
+
+
+def _gaps_reported(gaps: Array, wanted: str, ends: _Ends, found: _Found) -> None:
+    low, high = float(gaps.min()), float(gaps.max())
+    if low == high == 0.0:
+        found.notes.append("the surfaces touch")
+        return
+    parts = [f"gaps up to {high:.3g}"] * (high > 0.0) + [f"overlaps up to {-low:.3g}"] * (low < 0.0)
+    done = "are set to zero" if wanted == TOUCHING else "count"
+    arm = f"friction forces leave a moment with an arm of up to {max(high, -low):.3g}"
+    found.notes.append(f"{' and '.join(parts)} {done}; {arm}")
+    if wanted == GEOMETRY and low < 0.0:
+        found.warnings.append(
+            f"{ends.both} overlap by up to {-low:.3g}, which presses as an interference fit does; "
+            'gap="touching" closes gaps and overlaps'
+        )
+
+
+def _patches(
+    facing: Facing, count: int | None, contact: FrictionContact, geometry: bool, ends: _Ends, found: _Found
+) -> tuple[Facing, float]:
+    """As many patches as asked, and the share of the resistance to a rotation that they lose."""
+    if count is None or count >= facing.points.count:
+        fewer, softer = facing, 0.0
+    else:
+        kt, kn = (float(np.asarray(contact.values[name])) for name in ("kt", "kn"))
+        fewer, softer, uneven = thinned(facing, count, kt, kn)
+        few = f"{fewer.points.count} patch{'es' * (fewer.points.count > 1)}"
+        lost = f"the resistance to a rotation of the joint as a whole falls by up to {100.0 * softer:.0f} %"
+        stand = "stand" if fewer.points.count > 1 else "stands"
+        found.notes.append(f"{few} {stand} for {facing.points.count} points: {lost}")
+        if geometry and uneven > _ROUNDING * ends.size:
+            found.notes.append(f"gaps of points differ from those of their patches by up to {uneven:.3g}")
+        if softer > _SOFTER:
+            found.warnings.append(f"{few} for both surfaces: {lost}; give more points")
+    if fewer.points.count > MOST_CONTACTS:
+        number = f"{fewer.points.count} points, and each keeps three dofs"
+        remedy = "a few dozen patches do in most joints: give points=50"
+        raise InputError(Fault("points", found=number, expected=f"at most {MOST_CONTACTS}", remedy=remedy))
+    return fewer, softer
 
 
 def _one_of(name: str, value: object, known: Sequence[str]) -> None:
@@ -268,25 +330,24 @@ def _surfaces(mesh: Mesh, first: str | Surface, second: str | Surface) -> tuple[
     return pair[0], pair[1]
 
 
-def _apart(mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], within: float) -> Fault:
+def _apart(ends: _Ends) -> Fault:
     """Why two surfaces do not meet: their distances, or where they look."""
-    feet = project(mesh, pair[1], mesh.nodes[pair[0].nodes])
+    places = ends.mesh.nodes[ends.surfaces[0].nodes]
+    feet = project(ends.mesh, ends.surfaces[1], places)
     assert feet.normals is not None
     nearest, farthest = float(feet.distances.min()), float(feet.distances.max())
-    ahead = np.einsum("na,na->n", mesh.nodes[pair[0].nodes] - feet.places, feet.normals)
-    at = int(feet.distances.argmin())
-    both = f"{names[0]} and {names[1]}"
-    if nearest > within:
-        how = "overlap" if ahead[at] < -0.9 * nearest else "are apart"
-        what = f"{both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {within:.3g}"
+    ahead = np.einsum("na,na->n", places - feet.places, feet.normals)
+    if nearest > ends.within:
+        how = "overlap" if ahead[int(feet.distances.argmin())] < -0.9 * nearest else "are apart"
+        what = f"{ends.both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {ends.within:.3g}"
         return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
-    looks = [_mean_normal(mesh, one) for one in pair]
-    sizes = [float(np.linalg.norm(one)) for one in looks]
+    looks = [_mean_normal(ends.mesh, surface) for surface in ends.surfaces]
+    sizes = [float(np.linalg.norm(look)) for look in looks]
     angle = ""
     if min(sizes) > 0.0:
         degrees = np.degrees(np.arccos(np.clip(looks[0] @ looks[1] / (sizes[0] * sizes[1]), -1.0, 1.0)))
         angle = f": their outward normals are {degrees:.0f} degrees apart on average, and 180 where they face"
-    what = f"{both} lie {nearest:.3g} to {farthest:.3g} apart, but do not face each other{angle}"
+    what = f"{ends.both} lie {nearest:.3g} to {farthest:.3g} apart, but do not face each other{angle}"
     return Fault("second", what, remedy="give the two sides that touch")
 
 
@@ -295,42 +356,6 @@ def _mean_normal(mesh: Mesh, surface: Surface) -> Array:
 
     parts = [np.einsum("mq,mqa->a", w, n) for _, _, w, n in face_geometry(mesh, surface)]
     return np.asarray(np.sum(parts, axis=0))
-
-
-def _covered(
-    mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], facing: Facing, within: float
-) -> Iterator[str]:
-    shares = " and ".join(
-        f"{100.0 * covered / area(mesh, one):.4g} % of {name}"
-        for one, name, covered in zip(pair, names, facing.covered, strict=True)
-    )
-    total = facing.points.areas.sum()
-    yield f"{facing.points.count} points on an area of {total:.6g}, {shares}, within {within:.3g}"
-
-
-def _cover_warnings(
-    mesh: Mesh, pair: tuple[Surface, Surface], names: Sequence[str], facing: Facing, within: float
-) -> Iterator[str]:
-    shares = [covered / area(mesh, one) for one, covered in zip(pair, facing.covered, strict=True)]
-    if max(shares) < 1.0 - _UNMATCHED:
-        yield (
-            f"{100.0 * (1.0 - shares[0]):.3g} % of {names[0]} and {100.0 * (1.0 - shares[1]):.3g} % of {names[1]} face "
-            f"nothing of the other within {within:.3g}, and carry no contact"
-        )
-    if max(shares) > 1.0 + _TWICE:
-        which = int(np.argmax(shares))
-        yield f"{100.0 * (shares[which] - 1.0):.3g} % of {names[which]} faces two places of the other and counts twice"
-
-
-def _gap_notes(gaps: Array, wanted: str) -> Iterator[str]:
-    low, high = float(gaps.min()), float(gaps.max())
-    if low == high == 0.0:
-        yield "the surfaces touch"
-        return
-    found = [f"gaps up to {high:.3g}"] * (high > 0.0) + [f"overlaps up to {-low:.3g}"] * (low < 0.0)
-    done = "are set to zero" if wanted == TOUCHING else "count"
-    arm = max(high, -low)
-    yield f"{' and '.join(found)} {done}; friction forces leave a moment with an arm of up to {arm:.3g}"
 
 
 def _contacts(
