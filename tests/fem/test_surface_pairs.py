@@ -190,6 +190,15 @@ def test_rigid_motions_of_touching_surfaces_move_nothing(kinds, find):
         assert np.abs(found.weights.T @ motion).max() < 1e-12
 
 
+def test_meshes_of_files_with_six_digits_are_as_good_as_their_digits():
+    exact = turned(blocks())
+    digits = np.array([[float(f"{x:.5e}") for x in place] for place in exact.nodes])
+    one, other = facing(exact), facing(replace(exact, nodes=digits))
+    assert len(other.gaps) < 2 * len(one.gaps)  # edges are still straight
+    assert other.points.areas.sum() == pytest.approx(1.0, rel=3e-5)
+    assert np.abs(other.gaps).max() < 3e-5
+
+
 def ordered(found):
     return np.lexsort(found.points.positions.round(9).T)
 

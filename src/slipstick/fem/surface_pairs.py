@@ -37,8 +37,12 @@ _ROUNDING = 1e-12
 _SLIVER = 1e-11
 """Polygons of this share of the smaller face are what rounding leaves of faces that meet along an edge."""
 
-_STRAIGHT = 1e-9
-"""Middles this close to those of their edges, over the length, belong to straight edges."""
+_STRAIGHT = 1e-4
+"""Middles this close to those of their edges, over the size of the face, belong to edges that are cut as straight ones:
+files have five or six digits. Places are always those of the shape functions."""
+
+_PARALLELOGRAM = 1e-9
+"""How far a quadrilateral may be from a parallelogram, over its size, for rules of low order."""
 
 _CONVERGED = 1e-13
 """Steps in the coordinates of a face below it are rounding."""
@@ -148,7 +152,7 @@ def _faces(mesh: Mesh, surface: Surface) -> _Faces:
         kinds.append(np.full(len(block), _KINDS.index(kind)))
         nodes.append(np.pad(block, ((0, 0), (0, 8 - block.shape[1]))))
         # cubic shape functions, and inverse maps that are no polynomials; curved faces are cut into smaller cells
-        low.append(~straight | ((skew <= _STRAIGHT * size) & (kind != "quad8")))
+        low.append(~straight | ((skew <= _PARALLELOGRAM * size) & (kind != "quad8")))
         n += len(block)
     return _Faces(
         kinds=np.concatenate(kinds), nodes=np.concatenate(nodes), low=np.concatenate(low),
