@@ -333,8 +333,11 @@ def reaching(raw: RawTable) -> Any:
     are told elsewhere.
     """
     structure, response = raw["structure"], raw.get("response")
-    if isinstance(structure, Mapping) and structure.get("kind") == "fe" and raw.get("joint"):
-        structure = {**structure, JOINTS: raw["joint"]}
+    if isinstance(structure, Mapping):
+        if JOINTS in structure:  # in a file this key is as unknown as "joint" is there
+            structure = {"joint" if key == JOINTS else key: value for key, value in structure.items()}
+        if structure.get("kind") == "fe" and raw.get("joint"):
+            structure = {**structure, JOINTS: raw["joint"]}
     if not isinstance(structure, Mapping) or not _is_reduced(structure) or set(_SAID) & set(structure):
         return structure
     if not isinstance(response, Mapping) or ResponseTable.cross_check(response):
