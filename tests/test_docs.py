@@ -79,7 +79,7 @@ GIVEN = {
 }
 """Files that a page speaks of."""
 
-SECTIONS = {"structure", "load", "contact", "thermal", "response", "output", "study", "run_up"}
+SECTIONS = {"structure", "load", "contact", "joint", "thermal", "response", "output", "study", "run_up"}
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {

@@ -21,6 +21,8 @@ from slipstick.cli.examples import example
 from slipstick.cli.options import RunOptions
 from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
+from slipstick.fem.mesh import together
+from slipstick.fem.model import elastic_model
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
 from slipstick.models.parametric_sector import SectorShape
@@ -97,6 +99,9 @@ WAVE = SECTOR.travelling_wave(2)
 STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
 BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
+_LEAVES = {name: box((0.02, 0.02, 0.01), (2, 1, 1), "hex8", at=(0.0, y, 0.0)) for name, y in (("a", 0.0), ("b", 0.02))}
+LEAVES = elastic_model(together(_LEAVES), STEEL, ["a.x0", "b.x0"])
+PLANAR_LAW = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, gap=0.0)
 SKIN = Skin(nodes=np.eye(3), triangles=[[0, 1, 2]], modes=np.ones((9, 1)), static=np.ones((9, 1)))
 BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
 PLACES = StrainPlaces(
@@ -470,7 +475,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "model": SECTOR_MODEL, "sectors": 6, "low": "low", "high": "high", "axis": {"direction": (0, 0, 1)},
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
-            "keep": (), "speed": 0.0, "modes": 3, "accuracy": None, "up_to": None, "loss_factor": 0.01,
+            "keep": (), "pairs": (), "speed": 0.0, "modes": 3, "accuracy": None, "up_to": None, "loss_factor": 0.01,
             "damping_ratio": 0.0, "force": False, "cache": None, "listener": None,
         },
     ),
@@ -496,6 +501,17 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "normal": True, "shared": True, "rubbing": RUB, "axis": {"direction": (0, 0, 1), "point": (0, -1, 0)},
             "between": False,
         },
+    ),
+    "surface_pair": (
+        lambda: ss.surface_pair,
+        {
+            "model": LEAVES, "first": "a.y1", "second": "b.y0", "contact": PLANAR_LAW, "name": "joint", "points": 2,
+            "gap": "geometry", "method": "faces", "direction": [1.0, 0.0, 0.0], "within": 0.01,
+        },
+    ),
+    "reduced_body with a pair": (
+        lambda: lambda **pairs: ss.reduced_body(LEAVES, modes=3, **pairs),
+        {"pairs": [ss.surface_pair(LEAVES, "a.y1", "b.y0", contact=PLANAR_LAW)]},
     ),
     "Case.from_text": (lambda: ss.Case.from_text, {"text": CASE, "path": "case.toml", "tell": print}),
     "Case.from_file": (case_file, {"path": "case.toml", "tell": print}),

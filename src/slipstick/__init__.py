@@ -34,6 +34,7 @@ _PUBLIC = {
     "reduced_blade": "slipstick.models.blade",
     "reduced_sector": "slipstick.models.reduced_sector",
     "surface_contacts": "slipstick.models.surface_contacts",
+    "surface_pair": "slipstick.models.surface_pair",
     "Material": "slipstick.fem.materials",
     "Case": "slipstick.case.case",
     "load_case": "slipstick.case.case",
@@ -104,6 +105,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.reduced_sector import reduced_sector as reduced_sector
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
+    from slipstick.models.surface_pair import surface_pair as surface_pair
     from slipstick.progress import Progress as Progress
     from slipstick.runs.resume import resume as resume
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve

@@ -132,7 +132,7 @@ def test_the_nearest_of_many_as_by_brute_force():
     between = points[::3] + np.array([0.5, 0.5, 0.0])
     for centres in (between, points[rng.permutation(len(points))[:40]], points[:3], points[:1]):
         whole = np.linalg.norm(points[:, None] - centres, axis=2)
-        np.testing.assert_array_equal(contact_points._owners(points, centres), whole.argmin(axis=1))
+        np.testing.assert_array_equal(contact_points.nearest_centres(points, centres), whole.argmin(axis=1))
         chosen = []
         for k in range(len(centres)):
             whole[chosen, k] = np.inf

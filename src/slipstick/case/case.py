@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 from slipstick.case import RENAMED
 from slipstick.case.contact import build_contacts, in_block
 from slipstick.case.cross_checks import (
+    described_joints,
     heating_faults,
+    joint_faults,
     parameter_faults,
     reached_faults,
     request_faults,
@@ -80,6 +82,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
         With every fault: a check runs as soon as its own input is right, whatever else is wrong.
     """
     sections, faults = read_sections(raw)
+    faults += joint_faults(raw)
     described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
     parts = _Builder(sections, described, folder)
     faults += [*wrong, *parts.faults]
@@ -149,7 +152,7 @@ class _Builder:
         assert self._described.structure is not None
         problem = Problem(
             self._described.structure,
-            contacts=[c.pair for c in self.placed],
+            contacts=[*(c.pair for c in self.placed), *described_joints(self._described)],
             loads=self.loads,
             harmonics=top.harmonics,
             outputs=None if output is None or self._described.disc is not None else output.table.dofs,

@@ -588,8 +588,8 @@ class ContactScript:
     chosen: list[str]
 
 
-def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None) -> ContactScript:
-    """All contacts as Python writes them; equal laws are one."""
+def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None, joints: Sequence[str] = ()) -> ContactScript:
+    """All contacts as Python writes them, equal laws once, and those of joints by their variables."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}
     pairs, blocks, lines, chosen = [], [], [], []
@@ -606,12 +606,13 @@ def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None) -> Cont
             chosen += [variable] if table.chosen_by_motion else []
         else:
             pairs.append(_pair(table, Code(laws[law]), _rubbing_call(table)).written())
+    pairs += [f"*{joint}" for joint in joints]
     return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen)
 
 
 def _variable(name: str, taken: list[str]) -> str:
     """A variable that is called like a contact."""
     plain = re.sub(r"\W", "_", name)
-    reserved = plain in _TAKEN or re.fullmatch(r"(curve|friction|contacts)_\d+", plain)
+    reserved = plain in _TAKEN or re.fullmatch(r"(curve|friction|contacts|joint)_\d+", plain)
     free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in taken and not reserved
     return plain if free else f"contacts_{len(taken) + 1}"

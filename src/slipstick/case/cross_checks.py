@@ -42,7 +42,7 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
         orders=sections.top.get("harmonics"),
         period_ratio=sections.period_ratio,
     )
-    yield from _names(sections.contacts)
+    yield from _names((*sections.contacts, *sections.joints))
     for row in sections.loads:
         yield from (fault.inside(*row.where) for fault in _load(row, known))
     for row in sections.contacts:
@@ -50,6 +50,26 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
     disc = described.disc
     yield from _dofs(sections, known if disc is None else replace(known, dofs=(*disc.sector.dofs, *disc.dofs)))
     yield from _sizes(sections, known, placed)
+
+
+def described_joints(described: Described) -> list[ContactPair]:
+    """The contacts of all joints."""
+    return [] if described.body is None else [pair for joint in described.body.joints for pair in joint]
+
+
+def joint_faults(raw: RawTable) -> Iterator[Fault]:
+    """Joints where the structure has no surfaces, or beside heat, which none of them carries."""
+    if not raw.get("joint"):
+        return
+    structure, contacts = raw.get("structure"), raw.get("contact")
+    if isinstance(structure, Mapping) and structure.get("kind") != "fe":
+        kind = f"the structure is of kind {toml(structure.get('kind'))}"
+        yield Fault("joint", kind, remedy='joints lie between surfaces of kind = "fe"')
+    own = (
+        any(isinstance(one, Mapping) and "thermal" in one for one in contacts) if isinstance(contacts, list) else False
+    )
+    if "thermal" in raw or own:
+        yield Fault("joint", "is given together with thermal", remedy="leave one out: joints are not heated here")
 
 
 def _names(rows: Sequence[ReadTable]) -> Iterator[Fault]:
@@ -202,7 +222,8 @@ def parameter_faults(
     from slipstick.balance.parameters import changed, parameter_target
 
     name = sections.response.get("parameter") if sections.response is not None else None
-    known = _Named(contacts=[c.pair for c in placed], loads=loads, structure=described.structure)
+    joints = described_joints(described)
+    known = _Named(contacts=[*(c.pair for c in placed), *joints], loads=loads, structure=described.structure)
     disc, wave = described.disc, described.structure
     if disc is not None:
         E: int = wave.engine_order  # type: ignore[union-attr]

@@ -5,13 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
+from slipstick.case.joint import JOINTS, Joints, build_joints, joint_call, joint_variable
 from slipstick.case.response import ResponseTable, frequencies_met
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
 from slipstick.case.script_text import Call, Code, here
@@ -212,12 +214,18 @@ class FeTable(StressTable):
     residuals: Literal["auto", "written", "solved"] = Field(
         default="auto", description='"written", "solved" or "auto": how what the modes leave out is applied'
     )
+    joints: Joints = Field(default=[], alias="[[joint]]", description="the joints of the case")
+
+    @property
+    def waits(self) -> bool:
+        """Whether a joint is at fault."""
+        return self.joints is None
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
         faults = [*super().cross_check(raw), *rotation_faults(raw)]
-        if "surface" not in raw and not raw.get("keep"):
+        if "surface" not in raw and not raw.get("keep") and not raw.get(JOINTS):
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             faults.append(Fault(statement="nothing is kept", remedy=remedy))
         faults += [
@@ -239,13 +247,18 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     model = turning(imported_model(table, folder, tell), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
+    joints = build_joints(table.joints or [], model)
+    for joint in joints:
+        tell(f"structure: {joint.notes[0]}")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
-    body = _body(table, Code("model", model)).but(force=True)  # judged once range and harmonics are known
-    return reduced(tell, body, folder, force=table.force)
+    body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints])
+    # judged once range and harmonics are known
+    return replace(reduced(tell, body.but(force=True), folder, force=table.force), joints=tuple(joints))
 
 
-def _body(table: FeTable, model: Code) -> Call:
-    return Call("ss.reduced_body", (model,), table.given(*_REDUCED))
+def _body(table: FeTable, model: Code, joints: Sequence[Code]) -> Call:
+    pairs = {"pairs": Code(f"[{', '.join(joint.text for joint in joints)}]", [joint.value for joint in joints])}
+    return Call("ss.reduced_body", (model,), {**table.given(*_REDUCED), **(pairs if joints else {})})
 
 
 def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
@@ -287,9 +300,14 @@ def import_call(table: Any) -> Call:
 
 
 def _fe_script(table: FeTable, _folder: Path) -> list[str]:
-    body = _body(table, Code("model")).but(cache=here(CACHE))
-    model = f"model = {import_call(table).written()}"
-    return [model, *rotation_script(table.rotation), f"body = {body.written()}", "structure = body.structure"]
+    tables = table.joints or []
+    names = [Code(joint_variable(number)) for number, _ in enumerate(tables)]
+    body = _body(table, Code("model"), names).but(cache=here(CACHE))
+    model = [f"model = {import_call(table).written()}", *rotation_script(table.rotation)]
+    model += [
+        f"{name.text} = {joint_call(joint, Code('model')).written()}" for name, joint in zip(names, tables, strict=True)
+    ]
+    return [*model, f"body = {body.written()}", "structure = body.structure"]
 
 
 FE = reducing_kind(FeTable, _fe, _fe_script)
@@ -315,6 +333,11 @@ def reaching(raw: RawTable) -> Any:
     are told elsewhere.
     """
     structure, response = raw["structure"], raw.get("response")
+    if isinstance(structure, Mapping):
+        if JOINTS in structure:  # in a file this key is as unknown as "joint" is there
+            structure = {"joint" if key == JOINTS else key: value for key, value in structure.items()}
+        if structure.get("kind") == "fe" and raw.get("joint"):
+            structure = {**structure, JOINTS: raw["joint"]}
     if not isinstance(structure, Mapping) or not _is_reduced(structure) or set(_SAID) & set(structure):
         return structure
     if not isinstance(response, Mapping) or ResponseTable.cross_check(response):

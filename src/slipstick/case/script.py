@@ -11,6 +11,7 @@ from typing import Any
 from slipstick.case import RENAMED
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
+from slipstick.case.joint import joint_variable
 from slipstick.case.load import LoadTable
 from slipstick.case.response import OutputTable, ResponseTable, frequencies_script, response_script
 from slipstick.case.script_text import Call, Code, call, listed_text
@@ -96,8 +97,9 @@ def _head(body: str) -> str:
 def _problem(raw: RawTable, folder: Path) -> str:
     """The lines that make the problem, table by table."""
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
-    tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
-    contacts = contacts_script(tables, thermal)
+    tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw.get("contact", [])]
+    joints = [joint_variable(number) for number, _ in enumerate(raw.get("joint", []))]
+    contacts = contacts_script(tables, thermal, joints)
     loads = [LoadTable.model_validate(load).call.written() for load in raw.get("load", [])]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
     top = TopTable.model_validate({key: value for key, value in raw.items() if key not in CASE_SECTIONS})

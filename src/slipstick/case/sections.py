@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from slipstick.case.beam_rotor import ROTOR
 from slipstick.case.contact import contact_table
 from slipstick.case.disc import DISC, DISC_FE
 from slipstick.case.fe import BLADE, FE
+from slipstick.case.joint import FIELD, JointTable
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import FREE, MATRICES, MODAL, MODEL
 from slipstick.case.measured import MEASURED
@@ -52,7 +53,7 @@ REQUESTS: Mapping[str, type[RequestTable]] = {
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 
-REPEATED_SECTIONS = ("load", "contact")
+REPEATED_SECTIONS = ("load", "contact", "joint")
 CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *REQUESTS)
 
 MOST_TABLES = 10_000
@@ -111,6 +112,7 @@ class Sections:
     top: ReadTable
     loads: tuple[ReadTable, ...]
     contacts: tuple[ReadTable, ...]
+    joints: tuple[ReadTable, ...]
     thermal: ReadTable | None
     response: ReadTable | None
     output: ReadTable | None
@@ -132,6 +134,7 @@ def read_sections(raw: RawTable) -> tuple[Sections, list[Fault]]:
         top=top,
         loads=reader.many("load", lambda _: LoadTable),
         contacts=reader.many("contact", contact_table),
+        joints=reader.many("joint", lambda _: JointTable),
         thermal=reader.one("thermal", ThermalTable),
         response=reader.one("response", ResponseTable),
         output=reader.one("output", OutputTable),
@@ -152,7 +155,7 @@ def _top(raw: RawTable) -> tuple[ReadTable, list[Fault]]:
     top_faults += [
         Fault(name, IS_MISSING, remedy=remedy)
         for name, remedy in _MISSING.items()
-        if not raw.get(name, name not in raw and [])
+        if not raw.get(name, name not in raw and []) and not (name == "contact" and raw.get("joint"))
     ]
     meant = {word for words in close.values() for word in words}
     return row, faults + [f for f in top_faults if not (f.statement == IS_MISSING and f.where[0] in meant)]
@@ -213,7 +216,14 @@ def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Describ
     """The structure of ``[structure]`` and the faults found in it; ``tell`` hears of stages that take time."""
     gathering = Gathering()
     described = gathering.take(_described, raw, folder, tell, gathering)
-    return described or Described(), [fault.inside("structure") for fault in gathering.faults]
+    return described or Described(), [_of_structure(fault) for fault in gathering.faults]
+
+
+def _of_structure(fault: Fault) -> Fault:
+    """A fault in the table of the structure, or in that of a joint, which the structure keeps."""
+    if fault.where[:1] == (FIELD,) and len(fault.where) > 1:
+        return replace(fault, where=("joint", *fault.where[1:]))
+    return fault.inside("structure")
 
 
 def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Described:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from slipstick.fem.model import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
+    from slipstick.models.surface_pair import SurfacePair
     from slipstick.solve.linear.modes import StageProgress
     from slipstick.structure.disc import Disc
     from slipstick.structure.modal_fit import ModalFit
@@ -41,6 +42,7 @@ class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
+    ``joints``: contacts between its surfaces.
     ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
     the same. ``seconds``: the time to make or to read it. ``fit``: the modal analysis of a test, or its table.
@@ -48,6 +50,7 @@ class Body:
 
     structure: Structure
     reduced: ReducedBody | None = None
+    joints: tuple[SurfacePair, ...] = ()
     model: ImportedModel | None = None
     force: bool = False
     seconds: float = 0.0
@@ -105,11 +108,11 @@ def within(fault: Fault, keys: Sequence[str]) -> Fault:
 def reducing_kind(
     table: type[Table], make: Callable[..., Body], script: Callable[[Any, Path], list[str]]
 ) -> StructureKind:
-    """A finite element kind, which takes time to make: nothing is made of a table with faults."""
+    """A finite element kind, which takes time to make: nothing is made of a table with faults, here or elsewhere."""
     keys = tuple(table.model_fields)
 
     def build(row: ReadTable, folder: Path, tell: Tell, gathering: Gathering) -> Described:
-        if not row.complete:
+        if not row.complete or getattr(row.table, "waits", False):
             return Described()
         try:
             body = make(row.table, folder, tell)

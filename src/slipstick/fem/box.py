@@ -9,7 +9,7 @@ from slipstick.fem.boundary import surface_where
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC, REDUCED
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
-from slipstick.typing import IntArray
+from slipstick.typing import Array, IntArray
 
 _SPLITS: dict[str, tuple[tuple[int, ...], ...]] = {
     "hex8": ((0, 1, 2, 3, 4, 5, 6, 7),),
@@ -19,8 +19,14 @@ _SPLITS: dict[str, tuple[tuple[int, ...], ...]] = {
 _CELL_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
 
-def box(size: tuple[float, float, float], divisions: tuple[int, int, int], kind: str = "hex20") -> Mesh:
-    """Box [0, size] cut into cells; surfaces "x0", "x1", "y0", ... are its six sides.
+def box(
+    size: tuple[float, float, float],
+    divisions: tuple[int, int, int],
+    kind: str = "hex20",
+    *,
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Mesh:
+    """Box [at, at + size] cut into cells; surfaces "x0", "x1", "y0", ... are its six sides.
 
     ``kind`` is any element type: a cell is one hexahedron, two wedges, six tetrahedra or six pyramids about its middle.
 
@@ -45,7 +51,7 @@ def box(size: tuple[float, float, float], divisions: tuple[int, int, int], kind:
         block = np.concatenate([cells[:, list(corners)] for corners in _SPLITS[linear]])
     mesh = Mesh(nodes=nodes, blocks={linear: block})
     mesh = quadratic(mesh) if alike != linear else mesh
-    return _with_sides(Mesh(nodes=mesh.nodes, blocks={kind: mesh.blocks[alike]}), size)
+    return _with_sides(Mesh(nodes=mesh.nodes, blocks={kind: mesh.blocks[alike]}), size, np.array(at, dtype=float))
 
 
 def _cells(divisions: tuple[int, int, int]) -> IntArray:
@@ -61,11 +67,12 @@ def _inward(faces: tuple[tuple[int, ...], ...]) -> list[list[int]]:
     return [list(reversed(face)) for face in faces]
 
 
-def _with_sides(mesh: Mesh, size: tuple[float, float, float]) -> Mesh:
+def _with_sides(mesh: Mesh, size: tuple[float, float, float], at: Array) -> Mesh:
     tolerance = 1e-9 * max(size)
     surfaces = {
         f"{'xyz'[axis]}{end}": surface_where(mesh, np.abs(mesh.nodes[:, axis] - end * size[axis]) < tolerance)
         for axis in range(3)
         for end in (0, 1)
     }
-    return Mesh(nodes=mesh.nodes, blocks=mesh.blocks, surfaces=surfaces)
+    nodes = mesh.nodes + at if at.any() else mesh.nodes
+    return Mesh(nodes=nodes, blocks=mesh.blocks, surfaces=surfaces)

@@ -193,25 +193,19 @@ _PATCH_POINTS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactPatches:
-    """Patches around the contact points of one surface.
+class WeightedPoints:
+    """Contact points, and the weights of the nodes whose motion makes theirs.
 
     Attributes
     ----------
     points
-        Positions, normals averaged over the patch, areas.
-    nodes
-        Contact node of each, (n_contacts,).
+        Positions, normals, areas.
     weights
-        Sparse (n_nodes, n_contacts), each column sums to 1.
-    radii
-        Radius of each patch, (n_contacts,).
+        Sparse (n_nodes, n_contacts): the motion of a contact is its column times that of the nodes.
     """
 
     points: ContactPoints
-    nodes: IntArray
     weights: csc_array
-    radii: Array
 
     def directions(self, vectors: Array) -> csc_array:
         """Columns (3 n_nodes, n_contacts): motion of each contact along its unit vector, (n_contacts, 3)."""
@@ -221,6 +215,22 @@ class ContactPatches:
         columns = np.concatenate([part.col for part in coo])
         values = np.concatenate([part.data for part in coo])
         return csc_array((values, (rows, columns)), shape=(3 * self.weights.shape[0], self.weights.shape[1]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPatches(WeightedPoints):
+    """Patches around the contact points of one surface: normals are means over them, and each column sums to 1.
+
+    Attributes
+    ----------
+    nodes
+        Contact node of each, (n_contacts,).
+    radii
+        Radius of each patch, (n_contacts,).
+    """
+
+    nodes: IntArray
+    radii: Array
 
 
 def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
@@ -239,18 +249,26 @@ def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
         raise InputError(
             Fault("contacts", f"{count} nodes asked on a surface of {len(nodes)}", remedy=f"ask for 1 to {len(nodes)}")
         )
-    points, shares = mesh.nodes[nodes], area_weights(mesh, surface)[nodes]
+    points = mesh.nodes[nodes]
+    return nodes[_nearest_different(points, spread(points, area_weights(mesh, surface)[nodes], count))]
+
+
+def spread(points: Array, shares: Array, count: int) -> Array:
+    """Centres (count, d) of the uniform parts of points (n, d) with shares of an area (n,), by ``spread_nodes``."""
     centres = points[_farthest(points, shares, count)]
     for _ in range(100):
-        owner = _owners(points, centres)
+        owner = nearest_centres(points, centres)
         order = np.argsort(owner, kind="stable")
         parts = np.split(order, np.cumsum(np.bincount(owner, minlength=count))[:-1])
-        moved = np.stack([np.average(points[part], axis=0, weights=shares[part]) for part in parts])
+        moved = np.stack([
+            np.average(points[part], axis=0, weights=shares[part]) if len(part) else centres[k]
+            for k, part in enumerate(parts)
+        ])  # fmt: skip
         change = np.abs(moved - centres).max()
         centres = moved
         if change < 1e-9 * np.ptp(points):
             break
-    return nodes[_nearest_different(points, centres)]
+    return centres
 
 
 def _farthest(points: Array, shares: Array, count: int) -> list[int]:
@@ -275,7 +293,7 @@ def _candidates(points: Array, centres: Array, count: int) -> tuple[IntArray, Ar
     return near, np.linalg.norm(points[:, None, :] - centres[near], axis=2)
 
 
-def _owners(points: Array, centres: Array) -> IntArray:
+def nearest_centres(points: Array, centres: Array) -> IntArray:
     """The centre nearest to each point (n,), the first of those equally near."""
     near, distance = _candidates(points, centres, _CANDIDATES)
     return np.asarray(near[np.arange(len(points)), distance.argmin(axis=1)])
@@ -315,7 +333,7 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
     nodes, positions = _located(mesh, surface, np.asarray(at))
     samples, owned = [_Sampled(*part) for part in _samples(mesh, surface)], np.zeros(len(nodes))
     for part in samples:
-        owner = _owners(part.points.reshape(-1, 3), positions)
+        owner = nearest_centres(part.points.reshape(-1, 3), positions)
         owned += np.bincount(owner, part.areas.ravel(), minlength=len(nodes))
     radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(nodes), float(radius))
     columns, normals = [], np.zeros((len(nodes), 3))
@@ -333,7 +351,7 @@ def _located(mesh: Mesh, surface: Surface, at: IntArray) -> tuple[IntArray, Arra
     """Contact nodes and positions; positions are taken to their nearest node for the name."""
     if at.ndim == 2 and at.shape[1] == 3 and len(at):
         positions = at.astype(float)
-        return surface.nodes[_owners(positions, mesh.nodes[surface.nodes])], positions
+        return surface.nodes[nearest_centres(positions, mesh.nodes[surface.nodes])], positions
     if at.ndim > 1 or not np.issubdtype(at.dtype, np.integer) or not at.size:
         raise InputError(
             Fault(

@@ -222,3 +222,35 @@ def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
         node = np.asarray(wanted)[missing][0]
         raise InputError(Fault(statement=f"{what} uses node {node}, which is not in the mesh"))
     return nodes
+
+
+def together(parts: Mapping[str, Mesh]) -> Mesh:
+    """One mesh of several bodies that share no nodes; sets and surfaces of each have its name before their own, and its
+    name alone is the set of its elements.
+
+    >>> from slipstick.fem.box import box
+    >>> mesh = together({"lower": box((1.0, 1.0, 1.0), (1, 1, 1)), "upper": box((1.0, 1.0, 1.0), (1, 1, 1))})
+    >>> mesh.n_nodes, sorted(mesh.surfaces)[:3]
+    (40, ['lower.x0', 'lower.x1', 'lower.y0'])
+    """
+    nodes, blocks = 0, dict[str, list[IntArray]]()
+    sets, elements, surfaces = dict[str, IntArray](), dict[str, dict[str, IntArray]](), dict[str, Surface]()
+    for part, mesh in parts.items():
+        before = {kind: sum(map(len, blocks.get(kind, ()))) for kind in mesh.blocks}
+        for name, faces in mesh.surfaces.items():
+            surfaces[f"{part}.{name}"] = Surface(faces={kind: block + nodes for kind, block in faces.faces.items()})
+        sets |= {f"{part}.{name}": group + nodes for name, group in mesh.node_sets.items()}
+        every = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
+        named = {part: every} | {f"{part}.{name}": group for name, group in mesh.element_sets.items()}
+        for name, group in named.items():
+            elements[name] = {kind: at + before[kind] for kind, at in group.items()}
+        for kind, block in mesh.blocks.items():
+            blocks.setdefault(kind, []).append(block + nodes)
+        nodes += mesh.n_nodes
+    return Mesh(
+        nodes=np.concatenate([mesh.nodes for mesh in parts.values()]),
+        blocks={kind: np.concatenate(every) for kind, every in blocks.items()},
+        node_sets=sets,
+        element_sets=elements,
+        surfaces=surfaces,
+    )

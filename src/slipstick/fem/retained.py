@@ -19,7 +19,7 @@ from slipstick.faults import count_or_numbers, shown, whole, wrong
 from slipstick.fem.axis import Axis
 from slipstick.fem.boundary import skin_of, surface_towards
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
-from slipstick.fem.contact_points import ContactPatches, ContactPoints, contact_patches, spread_nodes
+from slipstick.fem.contact_points import ContactPatches, ContactPoints, WeightedPoints, contact_patches, spread_nodes
 from slipstick.fem.cyclic import turned
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, node_indices
@@ -50,8 +50,8 @@ class Retained:
     loads
         Force on the rows (n,) by load shape.
     sides
-        Contact points by the letter of their names: "c" on the surface of a body, "h" and "l" of a sector towards its
-        neighbours. The directions begin with theirs, in this order.
+        Contact points by the start of their names: "c" on the surface of a body, "h" and "l" of a sector towards its
+        neighbours, then those of pairs of surfaces. The directions begin with theirs, in this order.
     surface
         The surface of the points "c".
     """
@@ -128,6 +128,7 @@ def retain(
     cold: str | None = None,
     keep: Sequence[str] = (),
     between: Neighbours | None = None,
+    pairs: Sequence[WeightedPoints] = (),
     solve: LinearSolver = default_solver,
 ) -> Retained:
     """Retained dofs of a constrained model: the motion of contact points, then that of named dofs.
@@ -150,20 +151,23 @@ def retain(
         Names of dofs.
     between
         Points towards the neighbours of a sector.
+    pairs
+        Points between two surfaces, whose motion is that of one surface less that of the other one.
 
     Raises
     ------
     InputError
         For unknown names and what the parts refuse.
     """
-    patches, loads, on = dict[str, ContactPatches](), dict[str, Array](), None
-    if surface is not None or between is not None or pressure:
+    patches, loads, on = dict[str, WeightedPoints](), dict[str, Array](), None
+    if surface is not None or between is not None or pressure or pairs:
         mesh = model.in_mesh("contacts on a surface")
         if surface is not None:
             on = _surface(surface, mesh)
             patches["c"] = _patches(mesh, on, "contacts", contacts, radius)
         if between is not None:
             patches |= _facing(mesh, between, radius)
+        patches |= {pair.points.side: pair for pair in pairs}
         loads = {name: model.restrict(pressure_load(mesh, mesh.surface(at))) for name, at in (pressure or {}).items()}
     sides = {side: replace(part.points, side=side) for side, part in patches.items()}
     if "c" in patches and (films or cold is not None):
@@ -211,7 +215,7 @@ def _contact_nodes(name: str, wanted: int | Reals, mesh: Mesh) -> Any:
     return node_indices(mesh.labels, np.array(labels), name)
 
 
-def _axes(model: FiniteElementModel, patches: ContactPatches) -> csc_array:
+def _axes(model: FiniteElementModel, patches: WeightedPoints) -> csc_array:
     """Columns x, y, z of each point."""
     n = patches.points.count
     axes = [patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
@@ -240,7 +244,7 @@ def _facing(mesh: Mesh, between: Neighbours, radius: float | None) -> dict[str, 
 
 def _influence(
     model: FiniteElementModel,
-    patches: ContactPatches,
+    patches: WeightedPoints,
     films: Mapping[str, float],
     cold: str | None,
     solve: LinearSolver,

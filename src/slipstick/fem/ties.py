@@ -28,25 +28,27 @@ SMALL = 1e-9
 class Projection:
     """The nearest places of points on a surface, or among some nodes.
 
-    ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,).
+    ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,);
+    ``normals`` (n, 3) of the surface there, outward unit vectors, None among nodes.
     """
 
     nodes: IntArray
     weights: Array
     places: Array
     distances: Array
+    normals: Array | None = None
 
 
 def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
     """The nearest place of a surface for each point (n, 3)."""
     n = len(points)
     nodes, weights = np.zeros((n, 8), dtype=np.int64), np.zeros((n, 8))
-    places, distances = np.zeros((n, 3)), np.full(n, np.inf)
+    places, distances, normals = np.zeros((n, 3)), np.full(n, np.inf), np.zeros((n, 3))
     for kind, faces in surface.faces.items():
         if not len(faces):
             continue
         who, which = _candidates(mesh, faces, points)
-        values, feet = _nearest(kind, mesh.nodes[faces[which]], points[who])
+        values, feet, across = _nearest(kind, mesh.nodes[faces[which]], points[who])
         gaps = np.linalg.norm(feet - points[who], axis=1)
         order = np.lexsort((gaps, who))
         best = order[np.unique(who[order], return_index=True)[1]]
@@ -54,8 +56,8 @@ def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
         at, width = who[best], faces.shape[1]
         nodes[at], weights[at] = 0, 0.0
         nodes[at, :width], weights[at, :width] = faces[which[best]], values[best]
-        places[at], distances[at] = feet[best], gaps[best]
-    return Projection(nodes=nodes, weights=weights, places=places, distances=distances)
+        places[at], distances[at], normals[at] = feet[best], gaps[best], across[best]
+    return Projection(nodes=nodes, weights=weights, places=places, distances=distances, normals=normals)
 
 
 def _candidates(mesh: Mesh, faces: IntArray, points: Array) -> tuple[IntArray, IntArray]:
@@ -71,8 +73,8 @@ def _candidates(mesh: Mesh, faces: IntArray, points: Array) -> tuple[IntArray, I
     return pairs[:, 0], pairs[:, 1]
 
 
-def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
-    """Shape functions and place of the nearest point of each face (m, n, 3), by Gauss-Newton inside the face."""
+def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array, Array]:
+    """Shape functions, place and unit normal at the nearest point of each face (m, n, 3), by Gauss-Newton inside it."""
     basis = FACES[kind].basis
     local = np.full((len(points), 2), 1.0 / 3.0 if kind.startswith("tri") else 0.0)
     for _ in range(_NEWTON_STEPS):
@@ -85,8 +87,11 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
         if np.abs(moved - local).max(initial=0.0) < 1e-14:
             break
         local = moved
-    values, _ = basis(local)
-    return values, np.einsum("mn,mna->ma", values, corners)
+    values, gradients = basis(local)
+    across = np.einsum("mna,mnd->mad", corners, gradients)
+    normal = np.cross(across[..., 0], across[..., 1])
+    size = np.linalg.norm(normal, axis=1)
+    return values, np.einsum("mn,mna->ma", values, corners), normal / np.where(size > 0.0, size, 1.0)[:, None]
 
 
 def _inside(kind: str, local: Array) -> Array:

@@ -7,11 +7,25 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from slipstick.errors import Fault, InputError, Where
-from slipstick.faults import SMALLEST, Gathering, frequency, names, number, shown, suggestion, table, text, truth, whole
+from slipstick.faults import (
+    SMALLEST,
+    Gathering,
+    frequency,
+    names,
+    number,
+    several,
+    shown,
+    suggestion,
+    table,
+    text,
+    truth,
+    whole,
+)
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.mesh import Surface, user_names
 from slipstick.fem.model import FiniteElementModel
+from slipstick.models.surface_pair import SurfacePair
 from slipstick.structure.matrix_checks import is_symmetric, symmetric_part
 from slipstick.structure.reduction.request import relative_error, tools
 from slipstick.typing import Array
@@ -53,6 +67,7 @@ def checked_options(gathering: Gathering, **given: Any) -> dict[str, Any]:
         "radius": gathering.optional(number, "radius", given["radius"], "a length > 0", above=SMALLEST),
         "pressure": shapes,
         "keep": gathering.take(names, "keep", given["keep"]) or (),
+        "pairs": gathering.take(several, "pairs", given["pairs"], SurfacePair, "what ss.surface_pair returns") or (),
         "modes": gathering.optional(whole, "modes", given["modes"], 1),
         "accuracy": gathering.optional(relative_error, "accuracy", given["accuracy"]),
         "up_to": gathering.optional(frequency, "up_to", given["up_to"]),
@@ -77,6 +92,7 @@ def require_names(
 ) -> None:
     """InputError with ``others``, and every surface, set and dof that is not in the model."""
     faults = [*others, *_dof_faults(model, options["keep"]), *_surface_faults(model, options, between)]
+    faults += _pair_faults(model, options["pairs"])
     if faults:
         raise InputError(faults)
 
@@ -87,6 +103,17 @@ def _dof_faults(model: FiniteElementModel, keep: Sequence[str]) -> Iterator[Faul
     for name in keep:
         if name not in free:
             yield Fault("keep", f"there is no free dof '{name}' in the model", remedy=remedy)
+
+
+def _pair_faults(model: FiniteElementModel, pairs: Sequence[SurfacePair]) -> Iterator[Fault]:
+    called = [pair.name for pair in pairs]
+    for name in sorted({name for name in called if called.count(name) > 1}):
+        yield Fault("pairs", f"two are called '{name}'", remedy="give each its own name")
+    for pair in pairs:
+        n_nodes = pair.facing.weights.shape[0]
+        if model.mesh is None or model.mesh.n_nodes != n_nodes:
+            what = f"'{pair.name}' was made of another model, with {n_nodes} nodes"
+            yield Fault("pairs", what, remedy="give ss.surface_pair this model")
 
 
 def _surface_faults(model: FiniteElementModel, options: Mapping[str, Any], between: Sequence[str]) -> Iterator[Fault]:

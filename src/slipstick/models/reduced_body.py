@@ -29,6 +29,7 @@ from slipstick.fem.mesh import Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.retained import Retained, retain, strain_rows
 from slipstick.models.reduced import ReducedModel, checked_options, damping_warnings, mode_faults, require_names
+from slipstick.models.surface_pair import SurfacePair
 from slipstick.structure.reduction.reduce import StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind
 from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
@@ -100,6 +101,7 @@ def reduced_body(
     films: Mapping[str, float] | None = None,
     cold: str | None = None,
     keep: Sequence[str] = (),
+    pairs: SurfacePair | Sequence[SurfacePair] = (),
     modes: int | None = None,
     accuracy: float | None = None,
     up_to: float | None = None,
@@ -132,6 +134,8 @@ def reduced_body(
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
         Further dofs of the full model to keep, such as "n123y".
+    pairs
+        Contacts between two surfaces of the model, from :func:`surface_pair`: their motions are kept.
     modes
         Number of modes. With neither ``modes`` nor ``accuracy`` as many as the estimate of the error asks for: 1e-7 up
         to ten times the first natural frequency, and up to ``up_to`` where it is set; 128 at most.
@@ -166,8 +170,8 @@ def reduced_body(
     gathering = Gathering()
     gathering.take(one, "model", model, FiniteElementModel, "what ss.import_model returns")
     options = checked_options(
-        gathering, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep, modes=modes,
-        accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
+        gathering, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep, pairs=pairs,
+        modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     ) | {
         "base": gathering.take(_axes, base) or (),
         "films": _films(gathering, films),
@@ -181,7 +185,8 @@ def reduced_body(
     require_names(model, options, others=[*_request_faults(model, options)])
     number_of_modes, accuracy, highest = (options.pop(name) for name in ("modes", "accuracy", "up_to"))
     strains = None if elements is None else _strains(model, elements, stress_at)
-    body = retain(model, **options)
+    joints = options.pop("pairs")
+    body = retain(model, **options, pairs=[joint.facing for joint in joints])
     within: dict[str, Any] = {} if accuracy is None else {"accuracy": accuracy, "frequency_range": (0.0, highest)}
     reduction = reduce_model(
         model.K,
@@ -210,8 +215,8 @@ def reduced_body(
         seconds=reduction.seconds,
         reused=reduction.reused,
         source=f"{model.source}; units: {model.units_told}",
-        notes=model.notes,
-        warnings=(*model.warnings, *left_out),
+        notes=(*model.notes, *(note for joint in joints for note in joint.notes)),
+        warnings=(*model.warnings, *(warning for joint in joints for warning in joint.warnings), *left_out),
         full=partial(replace, body),
     )
 
@@ -243,11 +248,11 @@ def _request_faults(model: FiniteElementModel, options: Mapping[str, Any]) -> It
         what = f"{model.source} is one of {model.symmetry.sectors} sectors of a disc, and its faces are free"
         yield Fault("model", what, remedy="reduce it with ss.reduced_sector")
     if options["surface"] is None:
-        if not options["keep"]:
+        if not options["keep"] and not options["pairs"]:
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             yield Fault("surface", "nothing is kept", remedy=remedy)
         for key in ("radius", "pressure", "films", "cold"):
-            if options[key]:
+            if options[key] and not (key == "pressure" and options["pairs"]):
                 yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
     yield from mode_faults(options)
 

@@ -40,6 +40,7 @@ from slipstick.models.reduced import (
     require_names,
     two_surfaces,
 )
+from slipstick.models.surface_pair import SurfacePair
 from slipstick.solve.linear.cyclic import PhaseFactors, SectorFactors
 from slipstick.structure.reduction.data import Columns, ReducedData
 from slipstick.structure.reduction.reduce import judge_served
@@ -314,6 +315,7 @@ def reduced_sector(
     between_contacts: int | Reals = 4,
     pressure: str | Mapping[str, str] | None = None,
     keep: Sequence[str] = (),
+    pairs: SurfacePair | Sequence[SurfacePair] = (),
     speed: Frequency = 0.0,
     modes: int | None = None,
     accuracy: float | None = None,
@@ -355,6 +357,8 @@ def reduced_sector(
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
     keep
         Further dofs of the full model to keep, such as "n123y".
+    pairs
+        Contacts between two surfaces of the sector, from :func:`surface_pair`: their motions are kept.
     speed
         Of rotation about the axis, rad/s: the stiffness is that about the static state under centrifugal forces, with
         stress stiffening and spin softening (Coriolis forces are left out).
@@ -399,7 +403,7 @@ def reduced_sector(
     options, touching = _checked(
         model, sectors=sectors, axis=axis, tolerance=tolerance, between=between, speed=speed, loss_factor=loss_factor,
         damping_ratio=damping_ratio, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep,
-        modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
+        pairs=pairs, modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
     )  # fmt: skip
     symmetry = _symmetry(model, options.pop("sectors"), low, high, options.pop("axis"))
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
@@ -423,10 +427,13 @@ def reduced_sector(
         sides = Neighbours(
             low=low_face, high=high_face, contacts=between_contacts, axis=symmetry.axis, turn=pairing.turn
         )
-    found = retain(alone, **options, between=sides)
+    joints = options.pop("pairs")
+    found = retain(alone, **options, between=sides, pairs=[joint.facing for joint in joints])
     directions, names_kept = _with_loads(found, options["pressure"])
     warnings = [*damping_warnings(alone, "modes"), *_face_warnings(pairing)]
     warn(warnings)
+    notes += [note for joint in joints for note in joint.notes]
+    warnings += [warning for joint in joints for warning in joint.warnings]
     phases = Phases(
         how, K, alone.M, directions, want, n_loads=len(found.loads) if found.names else 0,
         cache=None if cache is None else Path(cache), listener=listener, force=force,

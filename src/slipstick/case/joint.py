@@ -1,0 +1,111 @@
+"""``[[joint]]``: contacts between two surfaces of a finite element model whose meshes need not match."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, ValidationError
+
+from slipstick.case.script_text import Call, Code
+from slipstick.case.table import NotNegative, Positive, RawTable, Table
+from slipstick.errors import Fault, InputError, SlipstickWarning
+
+if TYPE_CHECKING:
+    from slipstick.fem.model import ImportedModel
+    from slipstick.models.surface_pair import SurfacePair
+
+JOINTS = "[[joint]]"
+"""Key of the joints in the table of the structure, which keeps their motions; no file has it there."""
+
+FIELD = "joints"
+"""Field of the structure's table that holds them."""
+
+
+class JointTable(Table):
+    """``[[joint]]``."""
+
+    name: str = Field(min_length=1, description='a name for the joint, such as "flange"')
+    surfaces: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
+        description='the two surfaces, such as ["ROOT", "GROOVE"]'
+    )
+    kt: NotNegative = Field(description="a number >= 0, the tangential contact stiffness per area (force/length^3)")
+    kn: Positive = Field(description="a number > 0, the normal contact stiffness per area (force/length^3)")
+    mu: NotNegative = Field(description="a number >= 0, the friction coefficient")
+    gap: float | None = Field(default=None, description="a finite number, added to the gap of the geometry (length)")
+    normal_load: NotNegative | None = Field(
+        default=None, description="a number >= 0, the pressure of an interference fit (force/length^2)"
+    )
+    points: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="a whole number >= 1 of patches that stand for all points of integration"
+    )
+    touching: bool = Field(default=False, description="true or false: gaps and overlaps of the geometry are closed")
+    method: Literal["faces", "nodes"] = Field(
+        default="faces", description='"faces" or "nodes": points of integration, or nodes of the first surface'
+    )
+    within: Positive | None = Field(
+        default=None, description="a number > 0, the largest distance of places that face each other (length)"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """The normal load is said in one way."""
+        if "gap" in raw and "normal_load" in raw:
+            return [Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)")]
+        return []
+
+
+def _right(tables: Any) -> list[JointTable] | None:
+    """Joints; None where one is not right: its faults are found where its section is read."""
+    try:
+        found = [JointTable.model_validate(raw) for raw in tables]
+    except (ValidationError, InputError, TypeError):
+        return None
+    return None if any(JointTable.cross_check(raw) for raw in tables) else found
+
+
+Joints = Annotated[list[JointTable] | None, PlainValidator(_right)]
+
+
+def joint_call(table: JointTable, model: Code) -> Call:
+    """The contacts of a joint."""
+    loaded = table.given("gap", "normal_load") or {"gap": 0.0}
+    contact = Call("ss.PlanarFrictionContact", named={**table.given("kt", "kn", "mu"), **loaded})
+    named = {"contact": contact, **table.given("name", "points", "method", "within")}
+    return Call(
+        "ss.surface_pair", (model, *table.surfaces), {**named, **({"gap": "touching"} if table.touching else {})}
+    )
+
+
+def build_joints(tables: Sequence[JointTable], model: ImportedModel) -> list[SurfacePair]:
+    """All joints of a model, silent: the reduced model keeps their warnings.
+
+    Raises
+    ------
+    InputError
+        As ``ss.surface_pair``, each fault at its joint.
+    """
+    found, faults = [], list[Fault]()
+    for table in tables:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SlipstickWarning)
+                found.append(joint_call(table, Code("model", model)).made())
+        except InputError as error:
+            faults += [_in_joint(fault, table.name) for fault in error.faults]
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def _in_joint(fault: Fault, name: str) -> Fault:
+    """A fault of a call at the key of the file: the two surfaces are one key."""
+    where = tuple("surfaces" if part in ("first", "second") else part for part in fault.where if part != "contact")
+    return replace(fault, where=(FIELD, name, *where))
+
+
+def joint_variable(number: int) -> str:
+    """The variable of a joint in a script, counted from 0."""
+    return f"joint_{number + 1}"

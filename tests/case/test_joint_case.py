@@ -1,0 +1,162 @@
+"""``[[joint]]``: contacts between two surfaces of a finite element model in a case file."""
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.case.script import python_script
+from slipstick.fem.box import box
+from slipstick.fem.mesh import together
+from slipstick.fem.model import elastic_model
+from slipstick.io.model_file import save_model
+
+CASE = """
+format = 1
+harmonics = [0, 1]
+
+[structure]
+kind = "fe"
+file = "leaves.h5"
+pressure = { below = "lower.z0", above = "upper.z1" }
+base = ["z"]
+modes = 20
+loss_factor = 0.01
+
+[[load]]
+shape = "below"
+harmonic = 0
+cos = 1e6
+
+[[load]]
+shape = "above"
+harmonic = 0
+cos = 1e6
+
+[[load]]
+base = "z"
+motion = "acceleration"
+cos = 100.0
+
+[[joint]]
+name = "leaf"
+surfaces = ["lower.z1", "upper.z0"]
+kt = 1e11
+kn = 1e12
+mu = 0.3
+points = 6
+
+[response]
+from = 5000.0
+to = 5200.0
+"""
+
+
+SECOND = """
+[[joint]]
+name = "leaf"
+surfaces = ["lower.z1", "upper.z0"]
+kt = 1.0
+kn = 1.0
+mu = 0.1
+
+[response]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    there = tmp_path_factory.mktemp("joint")
+    size = (0.06, 0.04, 0.004)
+    lower, upper = box(size, (3, 2, 1)), box(size, (2, 3, 1), "tet10", at=(0.0, 0.0, size[2]))
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    save_model(
+        elastic_model(together({"lower": lower, "upper": upper}), steel, ["lower.x0", "upper.x0"]), there / "leaves.h5"
+    )
+    return there
+
+
+def case(folder, text=CASE):
+    return ss.Case.from_text(text, folder / "case.toml")
+
+
+def test_a_case_with_a_joint_is_the_problem_in_python(folder):
+    found = case(folder)
+    model = ss.import_model(folder / "leaves.h5")
+    law = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, gap=0.0)
+    joint = ss.surface_pair(model, "lower.z1", "upper.z0", contact=law, name="leaf", points=6)
+    body = ss.reduced_body(
+        model, pairs=joint, pressure={"below": "lower.z0", "above": "upper.z1"}, base="z", modes=20, loss_factor=0.01
+    )
+    problem = found.problem()
+    assert problem.elements == tuple(one.name for one in joint)
+    assert [one.contact.gap for one in problem.contacts] == [one.contact.gap for one in joint]
+    assert problem.structure.dofs == body.structure.dofs
+    np.testing.assert_allclose(problem.structure.omega, body.structure.omega, rtol=1e-12)
+
+
+def test_the_script_of_a_case_with_a_joint_makes_the_same_problem(folder):
+    script = python_script(CASE, "case.toml", folder)
+    assert "joint_1 = ss.surface_pair(" in script
+    assert "pairs=[joint_1]" in script
+    assert "contacts = [*joint_1]" in script
+    space = {"__name__": "script", "__file__": str(folder / "case.py")}
+    exec(compile(script, "case.py", "exec"), space)  # the text is our own
+    again, found = space["problem"](), case(folder).problem()
+    assert again.elements == found.elements
+    assert [one.contact for one in again.contacts] == [one.contact for one in found.contacts]
+
+
+def test_joints_beside_contacts_on_a_surface_and_followed_parameters(folder):
+    text = CASE.replace('base = ["z"]', 'base = ["z"]\nsurface = "lower.x1"\ncontacts = 2')
+    text = text.replace(
+        "[response]",
+        """
+[[contact]]
+name = "end"
+points = "all"
+direction = [0, 1, 0]
+kt = 1e5
+mu = 0.2
+normal_load = 10.0
+
+[response]
+parameter = "leaf.mu"
+omega = 5000.0""",
+    ).replace("from = 5000.0\nto = 5200.0", "from = 0.2\nto = 0.4")
+    found = case(folder, text)
+    assert found.problem().elements[:2] == ("end 1", "end 2")
+    assert found.problem().elements[-1] == "leaf 6"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"upper.z0"]', '"upper.z7"]', r"\[\[joint\]\] 'leaf' surfaces: surface 'upper.z7' is not in the mesh"),
+        ('"upper.z0"]', '"upper.z1"]', r"\[\[joint\]\] 'leaf' surfaces: surface 'lower.z1' and surface 'upper.z1' lie"),
+        ('["lower.z1", "upper.z0"]', '["lower.z1"]', r"\[\[joint\]\] 'leaf' surfaces: found"),
+        ("kt = 1e11", "kt = -1.0", r"\[\[joint\]\] 'leaf' kt: found -1.0; expected a number >= 0"),
+        ("kt = 1e11\n", "", r"\[\[joint\]\] 'leaf' kt is missing"),
+        ("points = 6", "point = 6", r"unknown key 'point' in \[\[joint\]\] 'leaf'; did you mean 'points'"),
+        ("points = 6", "gap = 0.0\nnormal_load = 1.0", r"\[\[joint\]\] 'leaf' gap is given together with normal_load"),
+        ("[response]", "[thermal]\nambient = 20.0\n[response]", r"\[\[joint\]\] is given together with thermal"),
+        ("[response]", SECOND, "leaf"),
+        ("modes = 20", 'modes = 20\n"[[joint]]" = 5', r"unknown key 'joint' in \[structure\]"),
+        ("modes = 20", "modes = 20\njoint = []", r"unknown key 'joint' in \[structure\]"),
+        ("modes = 20", "modes = 20\njoints = []", r"unknown key 'joints' in \[structure\]"),
+        (
+            'kind = "fe"\nfile = "leaves.h5"',
+            'kind = "blade"\nsize = "coarse"',
+            r'\[\[joint\]\]: the structure is of kind "blade"',
+        ),
+    ],
+)
+def test_faults_of_joints_are_told_at_their_key(folder, old, new, said):
+    assert old in CASE
+    with pytest.raises(ss.InputError, match=said) as caught:
+        case(folder, CASE.replace(old, new))
+    assert "nothing is kept" not in str(caught.value)
+
+
+def test_warnings_of_joints_are_those_of_the_case(folder):
+    found = case(folder, CASE.replace("points = 6", "points = 1"))
+    assert any("1 patch for both surfaces" in sentence for sentence in found.warnings())
