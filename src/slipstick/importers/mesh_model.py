@@ -84,7 +84,7 @@ def assemble_mesh(
     whole.own_warnings = [
         *deck.own_warnings,
         *refine.linear_warnings(mesh, source),
-        *variant_warnings(mesh, deck.variants, source, deck.one_point),
+        *variant_warnings(mesh, deck.variants, source),
         *hourglass_warnings(mesh, source),
         *material_warnings(deck.materials, material, source),
     ]

@@ -220,7 +220,7 @@ def _solids(content: Content, block: Block, name: str, solid: ElementType) -> li
     where = content.place(block.line)
     for at in range(0, len(words), width):
         nodes = words[at + 1 : at + width]
-        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name, one_point=solid.one_point)
+        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name)
     return words[::width]
 
 

@@ -100,11 +100,10 @@ KEYWORDS = Table(
 
 @dataclass(frozen=True, kw_only=True)
 class ElementType:
-    """Our element for a solid; whether both integrate alike; whether theirs has one point."""
+    """Our element for a solid; whether both integrate alike."""
 
     kind: str
     same: bool = False
-    one_point: bool = False
 
 
 ELEMENT_TYPES = {
@@ -112,28 +111,29 @@ ELEMENT_TYPES = {
     "C3D5": ElementType(kind="pyramid5"),
     "C3D6": ElementType(kind="wedge6"),
     "C3D8": ElementType(kind="hex8"),
-    "C3D8R": ElementType(kind="hex8", one_point=True),
+    "C3D8R": ElementType(kind="hex8r"),
+    "C3D8I": ElementType(kind="hex8i", same=True),
     "C3D10": ElementType(kind="tet10", same=True),
     "C3D15": ElementType(kind="wedge15", same=True),
     "C3D20": ElementType(kind="hex20", same=True),
     "C3D20R": ElementType(kind="hex20r", same=True),
 }
-"""Solids. With other letters (C3D8I, C3D10M, DC3D8) they have the same nodes and another integration."""
+"""Solids. With other letters (C3D8H, C3D10M, DC3D8) they have the same nodes and another integration."""
 
 
 def solid_type(name: str) -> ElementType | None:
     """Our element for a foreign element type; None unless it is a solid.
 
     >>> solid_type("C3D20RH")
-    ElementType(kind='hex20r', same=False, one_point=False)
-    >>> solid_type("DC3D8").kind, solid_type("S8R")
-    ('hex8', None)
+    ElementType(kind='hex20r', same=False)
+    >>> solid_type("DC3D8").kind, solid_type("C3D8IH").kind, solid_type("S8R")
+    ('hex8', 'hex8i', None)
     """
     match = re.fullmatch(r"D?(C3D\d+)([A-Z]*)", name)
     if name in ELEMENT_TYPES or match is None:
         return ELEMENT_TYPES.get(name)
-    reduced = f"{match[1]}R" if "R" in match[2] else match[1]
-    like = ELEMENT_TYPES.get(reduced, ELEMENT_TYPES.get(match[1]))
+    own = next((letter for letter in "RI" if letter in match[2]), "")
+    like = ELEMENT_TYPES.get(match[1] + own, ELEMENT_TYPES.get(match[1]))
     return None if like is None else replace(like, same=False)
 
 
