@@ -25,7 +25,7 @@ from slipstick.fem.equations import (
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
-from slipstick.importers.abaqus.keywords import KEYWORDS, Block
+from slipstick.importers.abaqus.keywords import KEYWORDS, Block, Placement
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -89,12 +89,17 @@ def axes_at(axes: Axes, position: Array) -> Array:
     return cylindrical(axes.a, axes.b, position) if axes.cylindrical else rectangular(axes.a, axes.b)
 
 
-def read_axes(words: list[str], kind: str) -> Axes:
-    """Six numbers: two vectors from the origin (rectangular), or two points of an axis (cylindrical)."""
+def read_axes(words: list[str], kind: str, placement: Placement | None = None) -> Axes:
+    """Six numbers: two vectors from the origin (rectangular), or two points of an axis (cylindrical); moved with the
+    instance.
+    """
     values = np.array([fortran_real(word) for word in words if word][:6])
     if len(values) < 6:
         raise ValueError(f"{len(values)} numbers; expected six")
     system = Axes(cylindrical=kind.startswith("C"), a=values[:3], b=values[3:])
+    if placement is not None:
+        moved = placement.place if system.cylindrical else placement.turn.__matmul__
+        system = Axes(cylindrical=system.cylindrical, a=moved(system.a), b=moved(system.b))
     axes_at(system, system.a + np.array([0.3, 0.5, 0.7]))  # InputError here where they are none
     return system
 
@@ -108,7 +113,7 @@ def on_orientation(content: Content, block: Block) -> None:
     )
     plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES" and _numbers(block.rows[:1])
     if kind[0] in "RC" and not turned and plain and "NAME" in block.parameters:
-        content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
+        content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind, block.placement)
     content.note(Verdict.HARMLESS, block)
 
 

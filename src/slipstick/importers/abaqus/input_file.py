@@ -12,6 +12,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.equations import rectangular
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
@@ -22,10 +23,12 @@ from slipstick.importers.abaqus.keywords import (
     OTHER_SECTIONS,
     Block,
     ElementType,
+    Placement,
     blocks,
     solid_type,
     whole_text,
 )
+from slipstick.importers.abaqus.parts import flat
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -115,11 +118,12 @@ def read_content(path: Path) -> Content:
     ------
     InputError
         For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
-        incomplete: includes, generated nodes, several parts, moved instances.
+        incomplete: includes, generated nodes, several parts without an assembly.
     """
     content = Content(path=path, source=path.name, flatten=_INSTANCES)
     late: list[Block] = []
-    for block in blocks(whole_text(path, content)):
+    text = whole_text(path, content)
+    for block in flat(text, blocks(text), content):
         if _entry(block).stage:
             late.append(block)
         else:
@@ -171,25 +175,45 @@ def _part(content: Content, block: Block) -> None:
 
 
 @KEYWORDS.reads("INSTANCE", "NAME PART")
+@KEYWORDS.reads("ENDINSTANCE ENDPART", "")
 def _instance(content: Content, block: Block) -> None:
-    content.instances += 1
-    if content.instances > 1:
-        content.note(Verdict.INCOMPLETE, block, f"places a second instance; {_INSTANCES}")
-    elif any(fortran_real(word) for row in block.rows for word in row if word):
-        content.note(Verdict.INCOMPLETE, block, f"is an instance that is moved; {_INSTANCES}")
+    """What follows has a part of its own (parts.py), and no *SYSTEM yet."""
+    del block
+    content.system = None
+
+
+@KEYWORDS.reads("SYSTEM", "")
+def _system(content: Content, block: Block) -> None:
+    """Origin and a point of the x axis, then one of the x-y plane; without that z stays; without lines it ends."""
+    values = [fortran_real(word) if word else 0.0 for row in block.rows[:2] for word in row]
+    origin, along, across = (np.array(values[i : i + 3]) for i in (0, 3, 6))
+    if len(values) not in (0, 3, 6, 9):
+        raise ValueError(f"{len(values)} numbers; expected three for each point")
+    content.system = Placement(turn=np.eye(3), shift=origin) if len(values) else None
+    if len(values) > 3:
+        x = along - origin
+        y = across - origin if len(values) == 9 else np.cross([0.0, 0.0, 1.0], x)
+        if len(values) == 6 and abs(x[2]) > 1e-6 * np.linalg.norm(x):
+            raise ValueError("an x axis that leaves the x-y plane, without a third point")
+        content.system = Placement(turn=rectangular(x, y).T, shift=origin)
 
 
 @KEYWORDS.reads("NODE", "INPUT NSET SYSTEM")
 def _node(content: Content, block: Block) -> None:
-    if block.parameters.get("SYSTEM", "R") != "R":
-        what = "gives cylindrical or spherical coordinates; write global rectangular ones"
-        content.note(Verdict.INCOMPLETE, block, what)
+    kind = block.parameters.get("SYSTEM", "R")[:1]
+    if kind not in ("R", "C"):
+        content.note(Verdict.INCOMPLETE, block, "gives spherical coordinates; write rectangular or cylindrical ones")
+    motions = [motion for motion in (content.system, block.placement) if motion is not None]
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
         if len(row) > 4 and all(word.lstrip("+-").isdigit() for word in row):
             raise ValueError(f"line {line} has {len(row)} whole numbers; expected a label and x, y, z with points")
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
+        if kind == "C":
+            x, y = x * np.cos(np.deg2rad(y)), x * np.sin(np.deg2rad(y))
+        for motion in motions:
+            x, y, z = motion.place(np.array([x, y, z])).tolist()
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
             raise refused(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
         labels.append(label)
@@ -370,7 +394,7 @@ def _load(content: Content, block: Block) -> None:
 
 @KEYWORDS.reads("TRANSFORM", "NSET TYPE", stage=1)
 def _transform(content: Content, block: Block) -> None:
-    axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"))
+    axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"), block.placement)
     for node in content.node_sets[block.parameters["NSET"]]:
         if node in content.nodes:
             content.turned[node] = axes

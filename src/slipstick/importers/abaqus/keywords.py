@@ -12,9 +12,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from slipstick.errors import Place
 from slipstick.importers.findings import Findings, Table, Verdict, refused
 from slipstick.importers.text_numbers import LARGEST_TEXT_FILE, read_bytes
+from slipstick.typing import Array
 
 _WHOLE = "is not read: the mesh would be incomplete; write one flat input file with all nodes and elements"
 _TIES = "ties degrees of freedom to each other"
@@ -36,7 +39,7 @@ _LOADS = """BOUNDARYF TRANSFORMF EQUATIONF VIEWFACTOR FLUIDSECTIONS
     CLOAD DSLOAD DSFLUX TEMPERATURE FIELD CFLUX DFLUX FILM SFILM CFILM RADIATE SRADIATE CRADIATE
     MASSFLOW BASEMOTION PRESSURESTRESS FILMPROPERTY AMPLITUDE TIMEPOINTS LOADCASE ENDLOADCASE PSD-DEFINITION
     CORRELATION"""
-_DEFINITIONS = """HEADING PREPRINT ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE ENDSTEP DISTRIBUTION
+_DEFINITIONS = """HEADING PREPRINT ASSEMBLY ENDASSEMBLY ENDSTEP DISTRIBUTION
     DISTRIBUTIONTABLE EXPANSION SPECIFICHEAT LATENTHEAT HEATGENERATION DEPVAR USEROUTPUTVARIABLES
     PHYSICALCONSTANTS  VALUESATINFINITY SURFACEINTERACTION SURFACEBEHAVIOR FRICTION CHANGEFRICTION
     GAPCONDUCTANCE GAPHEATGENERATION CONTACTDAMPING CONTACTINCLUSIONS CONTACTPROPERTYASSIGNMENT
@@ -63,7 +66,6 @@ OTHER_SECTIONS = """SHELLSECTION SHELLGENERALSECTION BEAMSECTION BEAMGENERALSECT
 
 KEYWORDS = Table(
     ("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
-    ("SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"),
     ("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
     ("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
     ("NETWORKMPC", Verdict.COUPLING, _TIES),
@@ -197,10 +199,23 @@ def _included(words: str, folder: Path, where: Place) -> Path:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A motion of places: ``turn @ x + shift``."""
+
+    turn: Array
+    shift: Array
+
+    def place(self, x: Array) -> Array:
+        """Where a place (3,) goes."""
+        return np.asarray(self.turn @ x + self.shift)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Block:
     """A keyword without blanks, its parameters in capitals, and its data lines as words.
 
-    ``continued`` holds the indices of the rows that end with a comma: an element goes on in the next one.
+    ``continued`` holds the indices of the rows that end with a comma: an element goes on in the next one;
+    ``placement`` is that of the instance of which the block is.
     """
 
     keyword: str
@@ -210,6 +225,7 @@ class Block:
     rows: list[list[str]] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     continued: set[int] = field(default_factory=set)
+    placement: Placement | None = None
 
     def joined(self) -> Iterator[tuple[int, list[str]]]:
         """Line and words of each entry, continued rows joined."""
