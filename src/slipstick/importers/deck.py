@@ -18,6 +18,7 @@ from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.equations import NodalEquation, NodeAxes, Pair
+from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
@@ -70,6 +71,8 @@ class Deck(Findings):
         Own directions (rows) of the nodes that have some, by label: those of the rows of matrices.
     symmetry
         Of the ring that the finished mesh is a sector of.
+    contact_pairs, pretension_sections
+        Interfaces that only contacts or bolts hold together, by the names of their surfaces.
     units
         As the file states them.
     variants
@@ -93,6 +96,8 @@ class Deck(Findings):
     lumped: list[Lumped] = field(default_factory=list)
     axes: NodeAxes = field(default_factory=dict)
     symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
+    contact_pairs: dict[str, SurfacePair] = field(default_factory=dict)
+    pretension_sections: dict[str, PretensionSection] = field(default_factory=dict)
     units: str = NOT_STATED
     variants: dict[str, dict[str, int]] = field(default_factory=dict)
     own_warnings: list[str] = field(default_factory=list)

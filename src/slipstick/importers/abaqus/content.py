@@ -10,6 +10,7 @@ import numpy as np
 from slipstick.errors import Fault, Place
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import Reference
+from slipstick.fem.interfaces import SurfacePair
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.abaqus.keywords import Block, Placement
 from slipstick.importers.deck import Deck
@@ -70,6 +71,9 @@ class Content(Deck):
     sectors: list[tuple[Tie, CyclicSymmetry, Place]] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
+    interaction: str = ""
+    friction: dict[str, float] = field(default_factory=dict)
+    pairs: list[tuple[SurfacePair, Place]] = field(default_factory=list)
     material: str = ""
     parts: int = 0
     system: Placement | None = None

@@ -164,7 +164,7 @@ def _joined(
     first, second = groups
     for i, node in enumerate(first):
         other = second[i % len(second)]
-        turning = node in content.turning and other in content.turning and not where[-1].endswith(" PIN")
+        turning = node in content.turning and other in content.turning and not str(where[-1]).endswith(" PIN")
         axes = range(6) if turning else range(3)
         if references:
             yield from rigid_equations(references[other], {node: content.position(node)}, where, axes)

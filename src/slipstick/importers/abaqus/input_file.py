@@ -16,6 +16,7 @@ from slipstick.fem.equations import rectangular
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
+from slipstick.importers.abaqus.interfaces import bolt_nodes
 from slipstick.importers.abaqus.keywords import (
     KEYWORDS,
     LAWS,
@@ -351,8 +352,8 @@ def _section(content: Content, block: Block) -> None:
 def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
     if "PERTURBATION" in block.parameters and content.loaded:
-        what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
-        content.note(Verdict.COUPLING, block, what)
+        what = "vibrates about the loaded state of the step before: its stiffening by stress and rotation is left out"
+        content.note(Verdict.APPROXIMATED, block, what)
     content.steps.append(block.parameters)
 
 
@@ -378,7 +379,7 @@ def _frequency(content: Content, block: Block) -> None:
 @KEYWORDS.reads("INITIALCONDITIONS", "TYPE")
 def _initial(content: Content, block: Block) -> None:
     if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
-        content.note(Verdict.COUPLING, block, "sets stresses that stiffen the structure")
+        content.note(Verdict.APPROXIMATED, block, "sets stresses, whose stiffening is left out")
     else:
         content.note(Verdict.HARMLESS, block)
 
@@ -407,10 +408,14 @@ def _boundary(content: Content, block: Block) -> None:
         content.note(Verdict.COUPLING, block, "takes away the supports given before (OP=NEW)")
     if parameters.keys() & {"USER", "SUBMODEL"} or parameters.get("TYPE", "DISPLACEMENT") != "DISPLACEMENT":
         content.note(Verdict.COUPLING, block, "moves nodes by a routine, another model, a velocity or an acceleration")
+    bolts = bolt_nodes(content)
     for line, row in zip(block.lines, block.rows, strict=True):
         nodes = [node for node in named(row[0], content.node_sets) if node in content.nodes]
         if not nodes and row[0].isdigit():
             raise KeyError(f"node {row[0]}")
+        if {*nodes} <= bolts and nodes:
+            content.note(Verdict.HARMLESS, block)
+            continue
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:
