@@ -43,7 +43,7 @@ def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
     nodes, weights = np.zeros((n, 8), dtype=np.int64), np.zeros((n, 8))
     places, distances = np.zeros((n, 3)), np.full(n, np.inf)
     for kind, faces in surface.faces.items():
-        if not len(faces):
+        if not len(faces) or not n:
             continue
         who, which = _candidates(mesh, faces, points)
         values, feet = _nearest(kind, mesh.nodes[faces[which]], points[who])
@@ -80,13 +80,21 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
         gap = points - np.einsum("mn,mna->ma", values, corners)
         across = np.einsum("mna,mnd->mad", corners, gradients)
         normal = np.einsum("mad,mae->mde", across, across)
-        step = np.linalg.solve(normal, np.einsum("mad,ma->md", across, gap)[..., None])[..., 0]
+        step = _solved(normal, np.einsum("mad,ma->md", across, gap)[..., None])[..., 0]
         moved = _inside(kind, local + step)
         if np.abs(moved - local).max(initial=0.0) < 1e-14:
             break
         local = moved
     values, _ = basis(local)
     return values, np.einsum("mn,mna->ma", values, corners)
+
+
+def _solved(matrices: Array, columns: Array) -> Array:
+    """Solutions of 2 x 2 systems; the shortest ones where a face has no area."""
+    try:
+        return np.linalg.solve(matrices, columns)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(matrices) @ columns)
 
 
 def _inside(kind: str, local: Array) -> Array:

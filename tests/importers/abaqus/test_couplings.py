@@ -235,3 +235,14 @@ def test_weights_by_distance_within_a_radius(tmp_path, method, weight):
     assert np.count_nonzero(shift) <= 3 * near.sum()
     with pytest.raises(InputError, match="no node of AX1 lies within INFLUENCE RADIUS"):
         read_model(write(tmp_path, HEAD + cards.replace("7.", "0.1", 1).replace("=7.", "=0.1") + "*DISTRIBUTING\n"))
+
+
+def test_a_reference_node_in_a_rigid_body_turns_with_it(tmp_path):
+    """The end of the beam follows node 1001, which is in the rigid body of node 1002; pinned, it only moves with it."""
+    end = "*COUPLING, REF NODE=1001, SURFACE=Ax1, CONSTRAINT NAME=L\n*KINEMATIC\n*NSET, NSET=ONE\n1001\n"
+    found = {}
+    for kind in ("NSET", "TIE NSET", "PIN NSET"):
+        model = read_model(write(tmp_path, HEAD + NODES + end + f"*RIGID BODY, {kind}=ONE, REF NODE=1002\n"))
+        assert {"n1002rx", "n1002x"} <= {*model.dofs, *model.dependent_dofs}
+        found[kind] = model.n_dofs
+    assert found == {"NSET": found["NSET"], "TIE NSET": found["NSET"], "PIN NSET": found["NSET"] + 3}

@@ -68,3 +68,13 @@ def test_content_by_hand(tmp_path):
     assert content.elements == {"tet10": {1: list(range(1, 11))}}
     assert content.held == {(node, 1) for node in (1, 2, 3, 4, 6, 7, 8, 10)} | {(2, axis) for axis in range(6)}
     assert content.properties == {"STEEL": {"young": 2.1e5, "poisson": 0.3, "density": 7.8e-9}}
+
+
+def test_surfaces_that_are_others_together(tmp_path):
+    sides = "*SURFACE, NAME=A\nEALL, S1\n*SURFACE, NAME=B\nEALL, S2\n*SURFACE, NAME=AB, COMBINE=UNION\nA, B\n"
+    mesh = read_mesh(write(tmp_path, CUBE + sides)).mesh
+    assert mesh.surface("AB").n_faces == 2
+    with pytest.raises(InputError, match="names C, which the file does not have"):
+        read_mesh(write(tmp_path, CUBE + sides.replace("A, B", "A, C")))
+    found = read_mesh(write(tmp_path, CUBE + sides.replace("UNION", "DIFFERENCE")))
+    assert any("AB of DIFFERENCE is left out" in sentence for sentence in found.warnings)

@@ -5,7 +5,7 @@ Each leaves an entry of which the finished mesh gets its equations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -221,12 +221,15 @@ def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: Place) ->
     return NodalEquation(terms=terms, where=where, dependent=Dependent.ANY)
 
 
-@KEYWORDS.reads("RIGIDBODY", "ELSET NSET REFNODE ROTNODE", stage=2)
+@KEYWORDS.reads("RIGIDBODY", "ELSET NSET PINNSET REFNODE ROTNODE TIENSET", stage=2)
 def on_rigid_body(content: Content, block: Block) -> None:
-    """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
+    """All nodes of sets follow a reference node; its rotations are directions 4..6, or those of the ROT NODE.
+
+    Those of PIN NSET may turn.
+    """
     parameters = block.parameters
     where = content.place(block.line, block.shown)
-    if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
+    if "REFNODE" not in parameters or not parameters.keys() & {"ELSET", *_RIGID_SETS}:
         content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
     node = content.one_node(parameters["REFNODE"])
@@ -243,15 +246,26 @@ def on_rigid_body(content: Content, block: Block) -> None:
 def _rigid(
     content: Content, reference: Reference, parameters: dict[str, str], where: Place, mesh: Mesh
 ) -> Iterator[NodalEquation]:
-    if "ELSET" in parameters:
-        chosen = mesh.element_sets.get(parameters["ELSET"], {})
-        parts = [mesh.blocks[kind][members].ravel() for kind, members in chosen.items()]
-        members = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
-    else:
-        members = nodes_of(content, mesh, parameters["NSET"], where)
+    chosen = mesh.element_sets.get(parameters.get("ELSET", ""), {})
+    parts = {"": [mesh.blocks[kind][members].ravel() for kind, members in chosen.items()]}
+    parts |= {key: [nodes_of(content, mesh, parameters[key], where)] for key in _RIGID_SETS if key in parameters}
     turning = {pair[0] for pair in reference.rotations}
-    nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist() if int(mesh.labels[m]) not in turning}
-    yield from rigid_equations(reference, nodes, where, (0, 1, 2))
+    for key, found in parts.items():
+        members = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
+        nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist() if int(mesh.labels[m]) not in turning}
+        yield from _following(content, reference, nodes, where, range(3 if key == "PINNSET" else 6))
+
+
+_RIGID_SETS = ("NSET", "PINNSET", "TIENSET")
+
+
+def _following(
+    content: Content, reference: Reference, nodes: dict[int, Array], where: Place, directions: Sequence[int]
+) -> Iterator[NodalEquation]:
+    """Nodes follow a reference node: their displacements, and rotations where they are reference nodes themselves."""
+    for node, position in nodes.items():
+        wanted = [d for d in directions if d < 3 or node in content.turning]
+        yield from rigid_equations(reference, {node: position}, where, wanted)
 
 
 @KEYWORDS.reads("COUPLING", "CONSTRAINTNAME INFLUENCERADIUS ORIENTATION REFNODE SURFACE", stage=2)
@@ -349,7 +363,7 @@ def _kinematic(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEqu
     nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist()}
     wanted = [d for d in joint.directions if d < 3]
     if joint.axes is None or len(wanted) == 3:
-        yield from rigid_equations(joint.reference, nodes, joint.where, wanted)
+        yield from _following(content, joint.reference, nodes, joint.where, joint.directions)
         return
     for node, position in nodes.items():
         rows = rigid_rows(joint.reference, position)

@@ -279,16 +279,20 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     return [label for row in block.rows for word in row if word for label in named(word, sets)]
 
 
-@KEYWORDS.reads("SURFACE", "INTERNAL NAME TYPE")
+@KEYWORDS.reads("SURFACE", "COMBINE INTERNAL NAME TYPE")
 def _surface(content: Content, block: Block) -> None:
     name = block.parameters["NAME"]
     kind = block.parameters.get("TYPE", "ELEMENT")
     if kind == "NODE":
         content.node_sets[name] = [n for row in block.rows for n in named(row[0], content.node_sets)]
-    elif kind == "ELEMENT" and block.rows:
+    elif block.parameters.get("COMBINE", "") == "UNION":
+        parts = [word.replace('"', "").upper() for row in block.rows for word in row if word]
+        content.surfaces[name] = [row for part in parts for row in content.surfaces[part]]
+    elif kind == "ELEMENT" and block.rows and "COMBINE" not in block.parameters:
         content.surfaces[name] = [*zip(block.lines, block.rows, strict=True)]
     else:
-        content.note(Verdict.APPROXIMATED, block, f"{name} of TYPE={kind} is left out")
+        what = block.parameters.get("COMBINE", f"TYPE={kind}")
+        content.note(Verdict.APPROXIMATED, block, f"{name} of {what} is left out")
 
 
 @KEYWORDS.reads("MATERIAL", "NAME RTOL")

@@ -48,6 +48,8 @@ def on_contact_pair(content: Content, block: Block) -> None:
     interaction = block.parameters.get("INTERACTION", "")
     content.note(Verdict.APPROXIMATED, block, _APART)
     for line, row in zip(block.lines, block.rows, strict=True):
+        if not any(row):
+            raise ValueError("expected two surfaces on a line")
         first, second = ([word.replace('"', "").upper() for word in row if word] * 2)[:2]
         pair = SurfacePair(
             dependent=first, independent=second, mu=content.friction.get(interaction), interaction=interaction
