@@ -210,7 +210,7 @@ class _Resolver:
 
     def take_waiting(self) -> None:
         """Solve the equations whose first dof was taken, by parts that have dofs in common."""
-        waiting = [(equation, self.resolved(_row(equation), _SAID_AGAIN)) for equation in self.waiting]
+        waiting = [(equation, self.news(equation)) for equation in self.waiting]
         self.waiting = []
         for equation, row in waiting:
             if not row:
@@ -270,8 +270,14 @@ class _Resolver:
         what += f", together with {others}{more}" if others else ""
         return Fault(equations[0].where, what, remedy="take one of them out, or hold the dof by a support")
 
-    def resolved(self, row: _Row, negligible: float = _NEGLIGIBLE) -> _Row:
-        """The combination in dofs that are neither held nor dependent; none where all factors are ``negligible``."""
+    def news(self, equation: Equation) -> _Row:
+        """What an equation says of dofs that are neither held nor dependent; nothing where it is rounding."""
+        row = self.resolved(_row(equation))
+        largest = max(map(abs, row.values()), default=0.0)
+        return row if largest > _SAID_AGAIN * max(map(abs, equation.coefficients)) else {}
+
+    def resolved(self, row: _Row) -> _Row:
+        """The combination in dofs that are neither held nor dependent."""
         scale = max(abs(value) for value in row.values())
         row = {dof: value for dof, value in row.items() if value}
         while dependent := [dof for dof in row if dof in self.rows]:
@@ -280,8 +286,7 @@ class _Resolver:
                 value = row.pop(dof)
                 for other, factor in self.rows[dof].items():
                     row[other] = row.get(other, 0.0) + value * factor
-        left = {dof: v for dof, v in row.items() if dof not in self.zero and abs(v) > _NEGLIGIBLE * scale}
-        return left if max(map(abs, left.values()), default=0.0) > negligible * scale else {}
+        return {dof: v for dof, v in row.items() if dof not in self.zero and abs(v) > _NEGLIGIBLE * scale}
 
 
 def _elimination(size: int, resolver: _Resolver) -> Elimination:

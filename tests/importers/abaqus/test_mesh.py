@@ -55,9 +55,31 @@ def test_bricks_of_one_point_are_told_unless_they_become_quadratic(tmp_path):
     assert read_model(tmp_path / "m.inp", ImportOptions(quadratic=True)).warnings == ()
 
 
-def test_incompatible_bricks_are_those_of_calculix(tmp_path):
+def test_incompatible_bricks_are_computed_as_such(tmp_path):
     write_input(tmp_path / "m.inp", skewed("hex8i"), step="*FREQUENCY\n6")
-    assert read_model(tmp_path / "m.inp").warnings == ()
+    model = read_model(tmp_path / "m.inp")
+    assert model.warnings == ()
+    assert set(model.mesh.blocks) == {"hex8i"}
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ("*SECTION CONTROLS, NAME=EC, HOURGLASS=ENHANCED\n1., 1., 1.", True),
+        ("*SECTION CONTROLS, NAME=EC, HOURGLASS=STIFFNESS\n1., 1., 1.", False),
+        ("*SECTION CONTROLS, NAME=EC\n2., 1., 1.", True),
+        ("*HOURGLASS STIFFNESS\n700.", True),
+    ],
+)
+@pytest.mark.parametrize("kind", ["hex8r", "hex8i"])
+def test_another_hourglass_stiffness_is_told_where_there_is_one(tmp_path, kind, more, told):
+    write_input(tmp_path / "m.inp", skewed(kind), step="*FREQUENCY\n6")
+    text = (tmp_path / "m.inp").read_text()
+    (tmp_path / "m.inp").write_text(text.replace("*MATERIAL", f"{more}\n*MATERIAL"))
+    said = [
+        sentence for sentence in read_model(tmp_path / "m.inp", quiet=True).warnings if "asks for another" in sentence
+    ]
+    assert len(said) == (told and kind == "hex8r")
 
 
 def test_input_file_sets_surfaces_materials(tmp_path):

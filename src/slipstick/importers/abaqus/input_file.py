@@ -352,6 +352,18 @@ def _section(content: Content, block: Block) -> None:
     (content.sections if block.keyword == "SOLIDSECTION" else content.other_sections).append(section)
 
 
+@KEYWORDS.reads("SECTIONCONTROLS HOURGLASSSTIFFNESS", stage=3)
+def _hourglass(content: Content, block: Block) -> None:
+    """Another hourglass stiffness than the default one, where the file has elements that need some."""
+    asked = block.keyword == "HOURGLASSSTIFFNESS" or block.parameters.get("HOURGLASS", "STIFFNESS") != "STIFFNESS"
+    scaled = any(word and fortran_real(word) != 1.0 for row in block.rows[:1] for word in row[:3])
+    if (asked or scaled) and content.elements.get("hex8r"):
+        what = "asks for another hourglass stiffness, which is left out: C3D8R has the default one, 0.005 G"
+        content.note(Verdict.APPROXIMATED, block, what)
+    else:
+        content.note(Verdict.HARMLESS, block)
+
+
 @KEYWORDS.reads("STEP")
 def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
