@@ -47,7 +47,7 @@ def test_patch(kind):
 def test_one_element_moves_freely_as_a_rigid_body_alone(kind):
     values = np.linalg.eigvalsh(assemble(distorted(kind, (1, 1, 1)), SOLID).stiffness.toarray())
     assert np.abs(values[:6]).max() < 1e-14
-    assert values[6] > (1e-5 if kind == "hex8r" else 1e-2)  # the smallest is an hourglass motion
+    assert values[6] > (1e-3 if kind == "hex8r" else 1e-2)  # the smallest is an hourglass motion
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -66,14 +66,17 @@ def test_incompatible_modes_bend_as_a_beam(length):
 
 @pytest.mark.parametrize("across", [1, 2, 4])
 def test_mean_strain_bends_by_steps_of_stress(across):
-    """A stress of one step each has 1 - 1/n^2 of the energy; the hourglass stiffness adds its share, once known."""
+    """A stress of one step each has 1 - 1/n^2 of the energy, and the hourglass stiffness adds its share.
+
+    To 0.5 %: the hourglass forces move the layers a little against each other.
+    """
     size, shear = 1.0 / across, 1.0 / 2.6
     squares = 0.5 * (1.0 + 2.0 / size**2)  # of the mean gradients of bricks of length 1
-    hourglass = HOURGLASS * shear * squares / 8.0 / 2.0  # per volume, of a pattern of amplitude 1
+    hourglass = HOURGLASS * shear * squares * 64.0 / 2.0  # per volume, of a pattern of amplitude 1
     strain = (1.0 / 12.0) / 2.0 * size**2  # energy of the slope of stress in one element, per curvature and volume
     amplitude = size / 4.0  # of the pattern in an element of this curvature
     wanted = 1.0 - 1.0 / across**2 + hourglass * amplitude**2 / (strain * across**2)
-    assert bending(box((8.0, 1.0, 1.0), (8, across, across), "hex8r")) == pytest.approx(wanted, rel=1e-3)
+    assert bending(box((8.0, 1.0, 1.0), (8, across, across), "hex8r")) == pytest.approx(wanted, rel=5e-3)
 
 
 @pytest.mark.parametrize("kind, errors", [("hex8i", (6e-3, 2e-3)), ("hex8r", (0.16, 0.05))])

@@ -116,6 +116,15 @@ def test_what_is_said_of_bricks_in_bending_is_what_they_do(length, across):
     assert bending(mesh) == pytest.approx(number, rel=0.05)  # two digits are said
 
 
+@pytest.mark.parametrize("length", [1.0, 3.0])
+@pytest.mark.parametrize("across", [1, 2, 4])
+def test_what_is_said_of_bricks_of_mean_strain_in_bending_is_what_they_do(length, across):
+    mesh = box((8.0 * length, float(across), float(across)), (8, across, across), "hex8r")
+    (said,) = variant_warnings(mesh, {"hex8r": {"C3D8R": 8}}, "m")
+    words = {1: r"bending is (\S+) times", 2: r"across, (\S+) with two", 4: r"two, (\S+) with four"}[across]
+    assert bending(mesh) == pytest.approx(float(re.search(words, said).group(1)), rel=0.05)
+
+
 def test_quadratic_ones_differ_by_less_the_more_cubic_they_are():
     flat, cube = (box((2.0, 2.0, height), (1, 1, 1), "hex20") for height in (1.0, 2.0))
     said = [next(variant_warnings(m, {"hex20": {"CHEXA of 20 nodes": 1}}, "m")) for m in (flat, cube)]

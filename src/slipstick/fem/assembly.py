@@ -147,10 +147,9 @@ Guide, Section controls)."""
 def hourglass(mesh: Mesh, element: Element, part: slice) -> Array:
     """Stiffness (n_elements, 8, 8) of hourglass motions along each direction, over the shear modulus.
 
-    ``c V (B : B) / 8 sum_h g_h g_h'`` with the mean gradients B and ``g_h = (h - B (x . h)) / 8`` for the patterns h of
-    +1 and -1 that are the products of two and three coordinates: a linear motion meets none of it (Flanagan and
-    Belytschko 1981). The documents of Abaqus give c, not the scale of the patterns; with this one a beam of single long
-    bricks bends some 70 times too far.
+    ``c V (B : B) sum_h g_h g_h'`` with the mean gradients B and ``g_h = h - B (x . h)`` for the patterns h of +1 and -1
+    that are the products of two and three coordinates: a linear motion meets none of it (Flanagan and Belytschko 1981).
+    The documents of Abaqus give c, not the scale of the patterns; docs/importing.md has what it was held against.
     """
     nodes = mesh.blocks[element.name][part]
     gradients, volumes = solid_gradients(mesh, element, part.start, nodes)
@@ -158,8 +157,8 @@ def hourglass(mesh: Mesh, element: Element, part: slice) -> Array:
     x, y, z = element.basis.nodes.T
     patterns = np.stack([y * z, z * x, x * y, x * y * z])
     moments = np.einsum("hn,end->ehd", patterns, mesh.nodes[nodes])
-    shapes = (patterns - np.einsum("end,ehd->ehn", mean, moments)) / 8.0
-    scale = HOURGLASS / 8.0 * volumes[:, 0] * np.einsum("end,end->e", mean, mean)
+    shapes = patterns - np.einsum("end,ehd->ehn", mean, moments)
+    scale = HOURGLASS * volumes[:, 0] * np.einsum("end,end->e", mean, mean)
     return np.asarray(scale[:, None, None] * np.matmul(shapes.transpose(0, 2, 1), shapes))
 
 

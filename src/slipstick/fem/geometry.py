@@ -21,8 +21,8 @@ _LONE = {
     ),
     "hex8r": (
         3,
-        "no neighbour along one direction or more: with one across, only the small hourglass stiffness resists "
-        "bending; put four elements across, or make them quadratic",
+        "no neighbour along one direction or more: with one across, only the hourglass stiffness resists bending; put "
+        "four elements across, or make them quadratic",
     ),
 }
 """Directions along which an element needs neighbours, and what happens where it has none."""
