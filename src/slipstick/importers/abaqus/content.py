@@ -73,6 +73,7 @@ class Content(Deck):
     coupling: Block | None = None
     interaction: str = ""
     friction: dict[str, float] = field(default_factory=dict)
+    glued: set[str] = field(default_factory=set)
     pairs: list[tuple[SurfacePair, Place]] = field(default_factory=list)
     material: str = ""
     parts: int = 0

@@ -21,14 +21,21 @@ _OTHERWISE = "depends on more than two surfaces; the coefficient of its first li
 def on_interaction(content: Content, block: Block) -> None:
     """Properties by name; what they are stands in the next keywords."""
     content.interaction = block.parameters["NAME"]
+
+
+@KEYWORDS.reads("SURFACEBEHAVIOR")
+def on_behavior(content: Content, block: Block) -> None:
+    """Pressure by overclosure: contact stiffness is the case's, but CalculiX glues surfaces by it too."""
     content.note(Verdict.HARMLESS, block)
+    if block.parameters.get("PRESSURE-OVERCLOSURE") == "TIED":
+        content.glued.add(content.interaction)
 
 
 @KEYWORDS.reads("FRICTION")
 def on_friction(content: Content, block: Block) -> None:
     """The coefficient of the interaction before it."""
-    content.note(Verdict.HARMLESS, block)
     if not content.interaction:
+        content.note(Verdict.HARMLESS, block)
         return
     if block.parameters.keys() & {"ROUGH", "USER"} or not block.rows:
         what = "gives no coefficient of friction (ROUGH, USER): the contact pairs have none"
@@ -46,6 +53,9 @@ def on_friction(content: Content, block: Block) -> None:
 def on_contact_pair(content: Content, block: Block) -> None:
     """A dependent and an independent surface on each line; one alone touches itself."""
     interaction = block.parameters.get("INTERACTION", "")
+    if "TIED" in block.parameters or interaction in content.glued:
+        content.note(Verdict.COUPLING, block, "glues surfaces together (TIED)")
+        return
     content.note(Verdict.APPROXIMATED, block, _APART)
     for line, row in zip(block.lines, block.rows, strict=True):
         if not any(row):
