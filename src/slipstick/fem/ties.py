@@ -92,7 +92,7 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
 def _solved(matrices: Array, columns: Array) -> Array:
     """Solutions of 2 x 2 systems; the shortest ones where a face has no area."""
     try:
-        return np.linalg.solve(matrices, columns)
+        return np.asarray(np.linalg.solve(matrices, columns), dtype=float)
     except np.linalg.LinAlgError:
         return np.asarray(np.linalg.pinv(matrices) @ columns)
 
