@@ -99,3 +99,12 @@ def test_a_wrong_number_of_sectors_is_refused():
 def test_face_size_is_the_length_of_its_edges():
     mesh = box((2.0, 1.0, 1.0), (2, 2, 1), "hex20")
     assert face_size(mesh, mesh.surfaces["z1"]) == pytest.approx(0.75)
+
+
+def test_no_points_and_faces_without_area():
+    """Nothing is found of nothing; a face that is a line has its nearest place on the line."""
+    mesh = box((1.0, 1.0, 1.0), (1, 1, 1), "hex8")
+    assert project(mesh, mesh.surfaces["z1"], np.empty((0, 3))).distances.shape == (0,)
+    flat = replace(mesh, nodes=np.where(mesh.nodes[:, 2:] == 1.0, mesh.nodes * [1.0, 0.0, 1.0], mesh.nodes))
+    found = project(flat, flat.surfaces["z1"], np.array([[0.25, 0.0, 3.0]]))
+    np.testing.assert_allclose(found.places, [[0.25, 0.0, 1.0]], atol=1e-12)

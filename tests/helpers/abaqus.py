@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slipstick.fem.box import box
-from slipstick.fem.elements import REDUCED
+from slipstick.fem.elements import ALIKE
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
@@ -21,7 +21,7 @@ CCX = shutil.which("ccx")
 needs_ccx = pytest.mark.skipif(CCX is None, reason="CalculiX (Debian: calculix-ccx) is not installed")
 
 
-TYPES = {"hex8": "C3D8", "hex20": "C3D20", "hex20r": "C3D20R"}
+TYPES = {"hex8": "C3D8", "hex8r": "C3D8R", "hex8i": "C3D8I", "hex20": "C3D20", "hex20r": "C3D20R"}
 TYPES |= {"tet10": "C3D10", "wedge15": "C3D15", "wedge6": "C3D6", "tet4": "C3D4"}
 
 
@@ -30,7 +30,7 @@ STEEL = Material(young=210000.0, poisson=0.3, density=7.8e-9)
 
 def skewed(kind: str, divisions: tuple[int, int, int] = (3, 2, 1)) -> Mesh:
     """A box of one element type, sheared and twisted so that no entry of its matrices vanishes by symmetry."""
-    alike = REDUCED.get(kind, kind)
+    alike = ALIKE.get(kind, kind)
     linear = {"hex20": "hex8", "tet10": "tet4", "wedge15": "wedge6"}.get(alike, alike)
     mesh = box((40.0, 10.0, 8.0), divisions, linear)
     x, y, z = mesh.nodes.T

@@ -122,7 +122,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str, Change, dict[str, Any], tuple[str
         "g.inp",
         swap("*NODE", "*INSTANCE, NAME=A, PART=P\n*INSTANCE, NAME=B, PART=P\n*NODE"),
         OF,
-        ("g.inp, line 4: *INSTANCE places a second instance", "flat input file"),
+        ("g.inp, line 3: *INSTANCE names the part P, which the file does not have",),
     ),
     "an include that is not there": (
         INP,

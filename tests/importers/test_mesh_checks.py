@@ -5,15 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.bending import bending
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import spsolve
 
 from slipstick.errors import InputError
-from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
 from slipstick.fem.lumped import point_mass
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh
 from slipstick.fem.unit_systems import NOT_STATED, stated_units
 from slipstick.importers.mesh_checks import mass_warnings, material_warnings, unit_notes, variant_warnings
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
@@ -118,23 +116,13 @@ def test_what_is_said_of_bricks_in_bending_is_what_they_do(length, across):
     assert bending(mesh) == pytest.approx(number, rel=0.05)  # two digits are said
 
 
-def bending(mesh: Mesh) -> float:
-    x, y, z = (mesh.nodes - [0.0, *(mesh.nodes.max(axis=0)[1:] / 2.0)]).T
-    long, high = np.ptp(x), np.ptp(z)
-    left, right = np.isclose(x, 0.0), np.isclose(x, long)
-    u = np.zeros((mesh.n_nodes, 3))
-    u[:, 0] = np.where(left, -z, np.where(right, z, 0.0))
-    held = np.zeros((mesh.n_nodes, 3), dtype=bool)
-    held[left | right, 0] = True
-    for end in (left, right):
-        held[np.flatnonzero(end)[np.argmin((y + z)[end])], 1:] = True
-    held[np.flatnonzero(left)[np.argmax((y - z)[left])], 2] = True
-    K = assemble(mesh, Material(young=1.0, poisson=0.3, density=1.0)).stiffness
-    free = ~held.ravel()
-    flat = u.ravel()
-    flat[free] = spsolve(K[free][:, free].tocsc(), -(K[free][:, ~free] @ flat[~free]))
-    inertia = high**4 / 12.0
-    return float(flat @ K @ flat) / 2.0 / (0.5 * inertia * (2.0 / long) ** 2 * long)
+@pytest.mark.parametrize("length", [1.0, 3.0])
+@pytest.mark.parametrize("across", [1, 2, 4])
+def test_what_is_said_of_bricks_of_mean_strain_in_bending_is_what_they_do(length, across):
+    mesh = box((8.0 * length, float(across), float(across)), (8, across, across), "hex8r")
+    (said,) = variant_warnings(mesh, {"hex8r": {"C3D8R": 8}}, "m")
+    words = {1: r"bending is (\S+) times", 2: r"across, (\S+) with two", 4: r"two, (\S+) with four"}[across]
+    assert bending(mesh) == pytest.approx(float(re.search(words, said).group(1)), rel=0.05)
 
 
 def test_quadratic_ones_differ_by_less_the_more_cubic_they_are():
@@ -143,9 +131,10 @@ def test_quadratic_ones_differ_by_less_the_more_cubic_they_are():
     assert [re.search(r"some (\S+) % too high", text).group(1) for text in said] == ["2", "0.6"]
 
 
-def test_bricks_of_one_point_are_refused_with_their_number():
-    counts = {"hex8": {"SOLID185 with KEYOPT(2) = 1": 2, "C3D8R": 1, "C3D8": 1}}
-    said = r"m: 2 elements of type SOLID185 with KEYOPT\(2\) = 1 have one point"
-    with pytest.raises(InputError, match=said) as raised:
-        list(variant_warnings(MESH, counts, "m", {"SOLID185 with KEYOPT(2) = 1", "C3D8R"}))
-    assert len(raised.value.sentences) == 2
+def test_of_bricks_of_one_point_the_hourglass_stiffness_is_told():
+    mesh = box((2.0, 1.0, 1.0), (2, 2, 2), "hex8r")
+    counts = {"hex8r": {"SOLID185 with KEYOPT(2) = 1": 2, "C3D8R": 6}, "hex8": {"C3D8": 1}}
+    said = list(variant_warnings(mesh, counts, "m"))
+    assert said[0].startswith("m: 2 elements of type SOLID185 with KEYOPT(2) = 1 are computed by their mean strain")
+    assert "0.005 G" in said[1]
+    assert len(said) == 2

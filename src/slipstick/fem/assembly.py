@@ -5,12 +5,14 @@ conduction are both linear in it:
 
     K[a i, b j] = lambda G[a i, b j] + mu (G[b i, a j] + delta_ab sum_c G[c i, c j]),    Kt[i j] = k sum_c G[c i, c j].
 
+Incompatible shape functions are condensed in each element; an element of mean strain gets its hourglass stiffness.
+
 Element values go straight into the places of a pattern found once: nothing of the size of all element matrices is kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,15 +72,20 @@ def conduction(mesh: Mesh, materials: Materials) -> csr_array:
     conductivity = element_values(mesh, materials, lambda m: m.conductivity)
     total = np.zeros(pattern.n_couplings)
     for element, part in chunks(mesh, 9):
-        gradients, weights = solid_gradients(mesh, element, part.start, mesh.blocks[element.name][part])
-        count, n_points, n, _ = gradients.shape
-        scaled = (gradients * np.sqrt(weights)[:, :, None, None]).transpose(0, 1, 3, 2).reshape(count, 3 * n_points, n)
-        products = np.matmul(np.ascontiguousarray(scaled.transpose(0, 2, 1)), scaled)
-        products = (products + products.transpose(0, 2, 1)) / 2.0
+        products = _laplacians(mesh, element, part)
         add_values(
             total, pattern.slots[element.name][part].ravel(), conductivity[element.name][part, None, None] * products
         )
     return pattern.scalar_matrix(total)
+
+
+def _laplacians(mesh: Mesh, element: Element, part: slice) -> Array:
+    """Integrals (n_elements, n, n) of the products of gradients, at all points of the rule."""
+    gradients, weights = solid_gradients(mesh, element, part.start, mesh.blocks[element.name][part], mean=False)
+    count, n_points, n, _ = gradients.shape
+    scaled = (gradients * np.sqrt(weights)[:, :, None, None]).transpose(0, 1, 3, 2).reshape(count, 3 * n_points, n)
+    products = np.matmul(np.ascontiguousarray(scaled.transpose(0, 2, 1)), scaled)
+    return np.asarray((products + products.transpose(0, 2, 1)) / 2.0)
 
 
 def _gradient_matrices(mesh: Mesh, materials: Materials, pattern: Pattern) -> tuple[Array, Array]:
@@ -91,23 +98,95 @@ def _gradient_matrices(mesh: Mesh, materials: Materials, pattern: Pattern) -> tu
         trace = products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2]
         slots = pattern.slots[element.name][part].ravel()
         lam, mu = lame[element.name][part, None, None], shear[element.name][part, None, None]
-        add_values(laplacian, slots, conductivity[element.name][part, None, None] * trace)
-        for a in range(3):
-            for b in range(3):
-                values = lam * products[:, a, :, b] + mu * products[:, b, :, a]
-                add_values(blocks[a, b], slots, values + mu * trace if a == b else values)
+        same = not (element.mean_strain or element.incompatible)
+        flow = trace if same else _laplacians(mesh, element, part)
+        add_values(laplacian, slots, conductivity[element.name][part, None, None] * flow)
+        elastic = _elastic(products, trace, lam, mu)
+        if element.incompatible:
+            elastic = _condensed(elastic, element.n_nodes)
+        for a, b, values in elastic:
+            add_values(blocks[a, b], slots, values)
+        if element.mean_strain:
+            values = mu * hourglass(mesh, element, part)
+            for a in range(3):
+                add_values(blocks[a, a], slots, values)
     return np.ascontiguousarray(blocks.transpose(2, 0, 1)), laplacian
+
+
+Block = tuple[int, int, Array]
+"""Two directions, and the stiffness between motions along them, (n_elements, n, n)."""
+
+
+def _elastic(products: Array, trace: Array, lam: Array, mu: Array) -> Iterator[Block]:
+    for a in range(3):
+        for b in range(3):
+            values = lam * products[:, a, :, b] + mu * products[:, b, :, a]
+            yield a, b, values + mu * trace if a == b else values
+
+
+def _condensed(elastic: Iterable[Block], n: int) -> Iterator[Block]:
+    """The blocks of ``n`` nodes; the functions after them move so that no force acts on them."""
+    whole = np.stack([values for _, _, values in elastic], axis=1)  # (e, 9, m, m)
+    count, _, m, _ = whole.shape
+    whole = whole.reshape(count, 3, 3, m, m).transpose(0, 1, 3, 2, 4)
+    outer, inner = slice(None, n), slice(n, None)
+    across = whole[:, :, outer, :, inner].reshape(count, 3 * n, -1)
+    own = whole[:, :, inner, :, inner].reshape(count, across.shape[2], -1)
+    relieved = np.matmul(across, np.linalg.solve(own, across.transpose(0, 2, 1)))
+    relieved = ((relieved + relieved.transpose(0, 2, 1)) / 2.0).reshape(count, 3, n, 3, n)
+    for a in range(3):
+        for b in range(3):
+            yield a, b, whole[:, a, outer, b, outer] - relieved[:, a, :, b]
+
+
+HOURGLASS = 0.005
+"""Hourglass stiffness over the shear modulus: the default of Abaqus/Standard ("total stiffness"; its Analysis User's
+Guide, Section controls)."""
+
+
+def hourglass(mesh: Mesh, element: Element, part: slice) -> Array:
+    """Stiffness (n_elements, 8, 8) of hourglass motions along each direction, over the shear modulus.
+
+    ``c V (B : B) sum_h g_h g_h'`` with the mean gradients B and ``g_h = h - B (x . h)`` for the patterns h of +1 and -1
+    that are the products of two and three coordinates: a linear motion meets none of it (Flanagan and Belytschko 1981).
+    The documents of Abaqus give c, not the scale of the patterns; docs/importing.md has what it was held against.
+    """
+    nodes = mesh.blocks[element.name][part]
+    gradients, volumes = solid_gradients(mesh, element, part.start, nodes)
+    mean = gradients[:, 0]
+    x, y, z = element.basis.nodes.T
+    patterns = np.stack([y * z, z * x, x * y, x * y * z])
+    moments = np.einsum("hn,end->ehd", patterns, mesh.nodes[nodes])
+    shapes = patterns - np.einsum("end,ehd->ehn", mean, moments)
+    scale = HOURGLASS * volumes[:, 0] * np.einsum("end,end->e", mean, mean)
+    return np.asarray(scale[:, None, None] * np.matmul(shapes.transpose(0, 2, 1), shapes))
 
 
 def _gradient_products(mesh: Mesh, element: Element, part: slice) -> Array:
     """``G`` (n_elements, 3, n, 3, n) of a chunk, exactly symmetric."""
     gradients, weights = solid_gradients(mesh, element, part.start, mesh.blocks[element.name][part])
+    if element.incompatible:
+        gradients = np.concatenate([gradients, _bubbles(mesh, element, part, weights)], axis=2)
     count, n_points, n, _ = gradients.shape
     scaled = (gradients * np.sqrt(weights)[:, :, None, None]).transpose(0, 3, 2, 1).reshape(count, 3 * n, n_points)
     products = np.matmul(scaled, np.ascontiguousarray(scaled.transpose(0, 2, 1)))
     products += products.transpose(0, 2, 1).copy()
     products *= 0.5
     return products.reshape(count, 3, n, 3, n)
+
+
+def _bubbles(mesh: Mesh, element: Element, part: slice, weights: Array) -> Array:
+    """Gradients (n_elements, n_points, 3, 3) of ``1 - xi^2``, ``1 - eta^2``, ``1 - zeta^2``.
+
+    With the Jacobian of the centre, over the determinants: their mean is zero, so that a linear motion needs none of
+    them in any element (Taylor, Beresford and Wilson 1976).
+    """
+    centre, rule = np.zeros((1, 3)), element.rule
+    at_centre = tangents(mesh.nodes[mesh.blocks[element.name][part]], element.basis(centre)[1])
+    determinant, inverse = determinant_and_inverse(at_centre)
+    slopes = -2.0 * rule.points[:, :, None] * np.eye(3)
+    scale = determinant * rule.weights / weights
+    return np.asarray(scale[:, :, None, None] * np.matmul(slopes, inverse))
 
 
 def mass_values(mesh: Mesh, materials: Materials, pattern: Pattern) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import surface_where
-from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC, REDUCED
+from slipstick.fem.elements import ALIKE, ELEMENTS, LINEAR
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
 from slipstick.typing import Array, IntArray
@@ -37,8 +37,8 @@ def box(
         raise InputError(Fault("box", f"element type '{kind}' is not known", remedy=f"known are {', '.join(ELEMENTS)}"))
     if min(divisions) < 1 or not min(size) > 0.0:
         raise InputError(Fault("box", f"size {size} and divisions {divisions} must be positive"))
-    alike = REDUCED.get(kind, kind)
-    linear = {q: name for name, q in LINEAR_TO_QUADRATIC.items()}.get(alike, alike)
+    alike = ALIKE.get(kind, kind)
+    linear = LINEAR.get(alike, alike)
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     cells = _cells(divisions)

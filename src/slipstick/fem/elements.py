@@ -13,13 +13,18 @@ without strain at those points besides the rigid ones (``hourglass_warnings`` in
 in bending: use the quadratic ones for stress and vibration (``quadratic`` in refine.py turns a linear mesh into a
 quadratic one).
 
+Two bricks of eight nodes do not lock. hex8r has the mean strain of its volume alone, and a small stiffness against the
+twelve hourglass motions that are left (Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17 (1981) 679). hex8i has
+three more shape functions, ``1 - xi^2`` and so on, whose nine amplitudes are condensed in each element (Taylor,
+Beresford and Wilson, Int. J. Numer. Meth. Eng. 10 (1976) 1211).
+
 Reference elements: intervals are [-1, 1], triangles and tetrahedra have unit legs, a wedge is triangle x [-1, 1], and a
 pyramid has the base [-1, 1]^2 at z = 0 and its apex at z = 1. The weights of a rule sum to the reference measure.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import sqrt
@@ -189,7 +194,8 @@ class Element:
     """A solid element (dimension 3) or a face (dimension 2): shape functions, rules, edges and faces.
 
     ``faces`` holds (face type, local nodes) in CalculiX order; ``edges`` the corner pairs in the order of their
-    middles.
+    middles. ``mean_strain``: the stiffness is that of the mean strain, and of hourglass motions; ``incompatible``: with
+    three more shape functions of its own.
     """
 
     name: str
@@ -199,6 +205,8 @@ class Element:
     faces: tuple[tuple[str, tuple[int, ...]], ...] = ()
     rule: Rule
     mass_rule: Rule
+    mean_strain: bool = False
+    incompatible: bool = False
 
     @property
     def n_nodes(self) -> int:
@@ -274,6 +282,8 @@ ELEMENTS: dict[str, Element] = {
     e.name: e
     for e in (
         _element("hex8", "hex", 1, (serendipity(3, 1),), (gauss(2, 3), gauss(2, 3))),
+        replace(_element("hex8r", "hex", 1, (serendipity(3, 1),), (gauss(2, 3), gauss(2, 3))), mean_strain=True),
+        replace(_element("hex8i", "hex", 1, (serendipity(3, 1),), (gauss(2, 3), gauss(2, 3))), incompatible=True),
         _element("hex20", "hex", 2, (serendipity(3, 2),), (gauss(3, 3), gauss(3, 3))),
         _element("hex20r", "hex", 2, (serendipity(3, 2),), (gauss(2, 3), gauss(3, 3))),
         _element("tet4", "tet", 1, (total_degree(3, 1),), (tetrahedron(1), tetrahedron(4))),
@@ -299,8 +309,21 @@ FACES: dict[str, Element] = {
 }
 """Faces by name."""
 
-LINEAR_TO_QUADRATIC = {"hex8": "hex20", "tet4": "tet10", "wedge6": "wedge15", "pyramid5": "pyramid13"}
+LINEAR_TO_QUADRATIC = {
+    "hex8": "hex20",
+    "tet4": "tet10",
+    "wedge6": "wedge15",
+    "pyramid5": "pyramid13",
+    "hex8r": "hex20",
+    "hex8i": "hex20",
+}
 """Names of the linear elements and of the quadratic ones with the same corners."""
 
-REDUCED = {"hex20r": "hex20"}
-"""Elements with fewer points for the stiffness, and those they are like in everything else."""
+ALIKE = {"hex20r": "hex20", "hex8r": "hex8", "hex8i": "hex8"}
+"""Elements with another stiffness, and those they are like in everything else."""
+
+LOCKING = tuple(kind for kind in LINEAR_TO_QUADRATIC if kind not in ALIKE)
+"""Linear elements that are too stiff in bending."""
+
+LINEAR = {quadratic: linear for linear, quadratic in LINEAR_TO_QUADRATIC.items() if linear in LOCKING}
+"""Names of the quadratic elements and of the linear ones with the same corners."""

@@ -8,9 +8,24 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.boundary import all_faces
-from slipstick.fem.elements import ELEMENTS, FACES, REDUCED, Element, Rule
+from slipstick.fem.elements import ELEMENTS, FACES, Element, Rule
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import Array, BoolArray, IntArray
+
+_LONE = {
+    "hex20r": (
+        2,
+        "neighbours along one direction at most: 2 x 2 x 2 points leave such rows motions with little or no stiffness "
+        "(hourglass modes), and natural frequencies may be 80 % too low; put two elements across, or use full "
+        "integration (C3D20; KEYOPT(2) = 1)",
+    ),
+    "hex8r": (
+        3,
+        "no neighbour along one direction or more: with one across, only the hourglass stiffness resists bending; put "
+        "four elements across, or make them quadratic",
+    ),
+}
+"""Directions along which an element needs neighbours, and what happens where it has none."""
 
 _OPPOSITE = ((0, 1), (2, 4), (3, 5))
 """Opposite faces of a hexahedron."""
@@ -43,10 +58,13 @@ def _cross(a: Array, b: Array) -> Array:
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
-def solid_gradients(mesh: Mesh, element: Element, start: int, block: IntArray) -> tuple[Array, Array]:
+def solid_gradients(
+    mesh: Mesh, element: Element, start: int, block: IntArray, *, mean: bool = True
+) -> tuple[Array, Array]:
     """Gradients (n_elements, n_points, n_nodes, 3) in space and weights (n_elements, n_points) at the stiffness rule.
 
-    ``start`` is the index of the first element of ``block`` in the mesh, for the message.
+    Of an element of mean strain the mean gradients, at one point, unless ``mean`` is false. ``start`` is the index of
+    the first element of ``block`` in the mesh, for the message.
 
     Raises
     ------
@@ -56,7 +74,11 @@ def solid_gradients(mesh: Mesh, element: Element, start: int, block: IntArray) -
     _, reference = element.at_rule
     determinant, inverse = determinant_and_inverse(tangents(mesh.nodes[block], reference))
     require_positive(mesh, element, start, determinant)
-    return np.matmul(reference, inverse), determinant * element.rule.weights
+    gradients, weights = np.matmul(reference, inverse), determinant * element.rule.weights
+    if not (element.mean_strain and mean):
+        return gradients, weights
+    volumes = weights.sum(axis=1, keepdims=True)
+    return np.einsum("eq,eqnd->end", weights / volumes, gradients)[:, None], volumes
 
 
 def require_positive(mesh: Mesh, element: Element, start: int, determinant: Array) -> None:
@@ -97,21 +119,19 @@ def volume(mesh: Mesh) -> float:
 
 
 def hourglass_warnings(mesh: Mesh, source: str) -> Iterator[str]:
-    """A sentence where elements with reduced integration have neighbours along one direction at most.
+    """A sentence where elements with reduced integration have too few neighbours.
 
     Alone, hex20r has six motions without strain at its points besides the rigid ones. A second element across, in two
     directions, stops them all; a row of single elements keeps some, without any stiffness where it is straight and
-    with so little elsewhere that modes of a cantilever come out 80 % too low.
+    with so little elsewhere that modes of a cantilever come out 80 % too low. A layer of single hex8r bends against
+    its hourglass stiffness alone.
     """
-    for kind in REDUCED:
+    for kind, (directions, what) in _LONE.items():
         if len(mesh.blocks.get(kind, ())):
-            lone = np.flatnonzero(_directions_with_neighbours(mesh, kind) < 2)
+            lone = np.flatnonzero(_directions_with_neighbours(mesh, kind) < directions)
             if len(lone):
                 yield (
-                    f"{source}: {len(lone)} {kind} elements, as {mesh.element_label(kind, int(lone[0]))}, have "
-                    "neighbours along one direction at most: 2 x 2 x 2 points leave such rows motions with little or "
-                    "no stiffness (hourglass modes), and natural frequencies may be 80 % too low; put two elements "
-                    "across, or use full integration (C3D20; KEYOPT(2) = 1)"
+                    f"{source}: {len(lone)} {kind} elements, as {mesh.element_label(kind, int(lone[0]))}, have {what}"
                 )
 
 

@@ -26,6 +26,7 @@ from slipstick.fem.equations import (
     resolve,
     rows_named,
 )
+from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
@@ -70,6 +71,9 @@ class FiniteElementModel:
         Of rotation, rad/s, for which the stiffness holds.
     symmetry
         Of the ring that the model is a sector of, where its file says so: what ``ss.reduced_sector`` uses.
+    contact_pairs, pretension_sections
+        Surfaces that are meant to touch, with their coefficient of friction, and sections of bolts, where the file
+        names some: by the names of the surfaces, "A/B" of a pair. Nothing in the matrices holds or cuts them.
 
     Raises
     ------
@@ -104,6 +108,8 @@ class FiniteElementModel:
     materials: Mapping[str, Material] = field(default_factory=dict)
     speed: float = 0.0
     symmetry: CyclicSymmetry | None = None
+    contact_pairs: Mapping[str, SurfacePair] = field(default_factory=dict)
+    pretension_sections: Mapping[str, PretensionSection] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         faults = list(_faults(self))

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC
+from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC, LOCKING
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import IntArray
 
 _QUADRATIC_FACE = {"tri3": "tri6", "quad4": "quad8"}
 
 
-def linear_warnings(mesh: Mesh, source: str, kinds: Collection[str] = LINEAR_TO_QUADRATIC) -> Iterator[str]:
+def linear_warnings(mesh: Mesh, source: str, kinds: Collection[str] = LOCKING) -> Iterator[str]:
     """A sentence where a mesh has linear elements of these kinds."""
     blocks = [f"{len(block)} {kind}" for kind, block in mesh.blocks.items() if kind in kinds and len(block)]
     if blocks:
@@ -42,22 +42,33 @@ def quadratic(mesh: Mesh) -> Mesh:
     labels = None
     if mesh.node_labels is not None:
         labels = np.concatenate([mesh.node_labels, mesh.labels.max() + 1 + np.arange(len(keys))])
+    first: dict[str, int] = {}  # of each kind, in its new block
+    blocks: dict[str, list[IntArray]] = {}
+    for kind, block in mesh.blocks.items():
+        parts = blocks.setdefault(LINEAR_TO_QUADRATIC.get(kind, kind), [])
+        first[kind] = sum(map(len, parts))
+        parts.append(_extended(block, ELEMENTS[kind].edges, kind, keys, n))
     return replace(
         mesh,
         nodes=np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)]),
-        blocks={
-            LINEAR_TO_QUADRATIC.get(k, k): _extended(b, ELEMENTS[k].edges, k, keys, n) for k, b in mesh.blocks.items()
-        },
+        blocks={kind: np.concatenate(parts) for kind, parts in blocks.items()},
         node_sets={name: _extended_set(nodes, ends, n) for name, nodes in mesh.node_sets.items()},
         element_sets={
-            name: {LINEAR_TO_QUADRATIC.get(k, k): members for k, members in by_kind.items()}
+            name: _joined({kind: members + first[kind] for kind, members in by_kind.items()})
             for name, by_kind in mesh.element_sets.items()
         },
         surfaces={name: _extended_surface(surface, keys, n) for name, surface in mesh.surfaces.items()},
         node_labels=labels,
-        element_labels=mesh.element_labels
-        and {LINEAR_TO_QUADRATIC.get(k, k): numbers for k, numbers in mesh.element_labels.items()},
+        element_labels=mesh.element_labels and _joined({kind: mesh.element_labels[kind] for kind in mesh.blocks}),
     )
+
+
+def _joined(by_kind: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    """Numbers by the quadratic kind; several kinds may become the same one."""
+    parts: dict[str, list[IntArray]] = {}
+    for kind, numbers in by_kind.items():
+        parts.setdefault(LINEAR_TO_QUADRATIC.get(kind, kind), []).append(numbers)
+    return {kind: np.concatenate(numbers) for kind, numbers in parts.items()}
 
 
 def _keys(pairs: IntArray, n: np.int64) -> IntArray:

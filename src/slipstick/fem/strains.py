@@ -17,7 +17,7 @@ from scipy.sparse import csc_array
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown, suggestion, whole
 from slipstick.fem.assembly import chunks
-from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC, REDUCED, Element
+from slipstick.fem.elements import ALIKE, ELEMENTS, FACES, LINEAR, Element
 from slipstick.fem.geometry import solid_gradients
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh, user_names
@@ -29,8 +29,6 @@ EVERY = "all"
 """In place of numbers and names."""
 
 _WANTED = "numbers of elements, or names of element sets or surfaces"
-
-_LINEAR = {quadratic: linear for linear, quadratic in LINEAR_TO_QUADRATIC.items()}
 
 _DERIVATIVES = ((0, 0, 0), (1, 1, 1), (2, 2, 2), (3, 0, 1), (3, 1, 0), (4, 1, 2), (4, 2, 1), (5, 2, 0), (5, 0, 2))
 """Component of the strain, of the motion, and along which it is derived."""
@@ -198,16 +196,24 @@ def _cells(blocks: dict[str, IntArray]) -> dict[str, IntArray]:
 
 
 def _linear(kind: str) -> str:
-    alike = REDUCED.get(kind, kind)
-    return _LINEAR.get(alike, alike)
+    alike = ALIKE.get(kind, kind)
+    return LINEAR.get(alike, alike)
 
 
 def _fit(element: Element) -> tuple[Array, Array]:
-    """Values at the nodes (n_nodes, n_points) and at the centre (1, n_points) from those at the points of the rule."""
+    """Values at the nodes (n_nodes, n_points) and at the centre (1, n_points) from those at the points of the rule.
+
+    The mean strain holds everywhere. Where shape functions are incompatible the strain of the nodes' motion is whole at
+    the centre alone, where theirs is zero: it counts for the element.
+    """
+    if element.mean_strain:
+        return np.ones((element.n_nodes, 1)), np.ones((1, 1))
     basis = ELEMENTS[_linear(element.name)].basis
     weight = np.sqrt(element.rule.weights)
     fitted = np.linalg.pinv(weight[:, None] * basis(element.rule.points)[0]) * weight
-    return basis(element.basis.nodes)[0] @ fitted, basis(_centre(element)[0])[0] @ fitted
+    middle = basis(_centre(element)[0])[0] @ fitted
+    at_nodes = np.tile(middle, (element.n_nodes, 1)) if element.incompatible else basis(element.basis.nodes)[0] @ fitted
+    return at_nodes, middle
 
 
 def _centre(element: Element) -> tuple[Array, Array]:

@@ -45,7 +45,7 @@ def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
     nodes, weights = np.zeros((n, 8), dtype=np.int64), np.zeros((n, 8))
     places, distances, normals = np.zeros((n, 3)), np.full(n, np.inf), np.zeros((n, 3))
     for kind, faces in surface.faces.items():
-        if not len(faces):
+        if not len(faces) or not n:
             continue
         who, which = _candidates(mesh, faces, points)
         values, feet, across = _nearest(kind, mesh.nodes[faces[which]], points[who])
@@ -82,7 +82,7 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array, Ar
         gap = points - np.einsum("mn,mna->ma", values, corners)
         across = np.einsum("mna,mnd->mad", corners, gradients)
         normal = np.einsum("mad,mae->mde", across, across)
-        step = np.linalg.solve(normal, np.einsum("mad,ma->md", across, gap)[..., None])[..., 0]
+        step = _solved(normal, np.einsum("mad,ma->md", across, gap)[..., None])[..., 0]
         moved = _inside(kind, local + step)
         if np.abs(moved - local).max(initial=0.0) < 1e-14:
             break
@@ -92,6 +92,14 @@ def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array, Ar
     normal = np.cross(across[..., 0], across[..., 1])
     size = np.linalg.norm(normal, axis=1)
     return values, np.einsum("mn,mna->ma", values, corners), normal / np.where(size > 0.0, size, 1.0)[:, None]
+
+
+def _solved(matrices: Array, columns: Array) -> Array:
+    """Solutions of 2 x 2 systems; the shortest ones where a face has no area."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, columns), dtype=float)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(matrices) @ columns)
 
 
 def _inside(kind: str, local: Array) -> Array:

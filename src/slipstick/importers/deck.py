@@ -18,6 +18,7 @@ from slipstick.fem.boundary import boundary
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.equations import NodalEquation, NodeAxes, Pair
+from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
@@ -70,11 +71,12 @@ class Deck(Findings):
         Own directions (rows) of the nodes that have some, by label: those of the rows of matrices.
     symmetry
         Of the ring that the finished mesh is a sector of.
+    contact_pairs, pretension_sections
+        Interfaces that only contacts or bolts hold together, by the names of their surfaces.
     units
         As the file states them.
-    variants, one_point
-        Foreign element types that integrate otherwise than ours, with their counts, by our element; those of them that
-        have one point.
+    variants
+        Foreign element types that integrate otherwise than ours, with their counts, by our element.
     own_warnings
         Warnings in addition to those of the verdicts, one sentence each; ``extra`` are notes.
     """
@@ -94,21 +96,19 @@ class Deck(Findings):
     lumped: list[Lumped] = field(default_factory=list)
     axes: NodeAxes = field(default_factory=dict)
     symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
+    contact_pairs: dict[str, SurfacePair] = field(default_factory=dict)
+    pretension_sections: dict[str, PretensionSection] = field(default_factory=dict)
     units: str = NOT_STATED
     variants: dict[str, dict[str, int]] = field(default_factory=dict)
-    one_point: set[str] = field(default_factory=set)
     own_warnings: list[str] = field(default_factory=list)
     middles: Edges = field(default_factory=dict)
     flatten: str = ""
     """The remedy for labels given twice."""
 
-    def element(
-        self, kind: str, label: int, nodes: Sequence[int], where: Place, foreign: str = "", *, one_point: bool = False
-    ) -> None:
+    def element(self, kind: str, label: int, nodes: Sequence[int], where: Place, foreign: str = "") -> None:
         """One element, its nodes in our order, 0 for a middle node that is left out.
 
-        ``foreign`` is what its code calls it, where that integrates otherwise than ours; ``one_point``: with a single
-        point, and artificial stiffness against the other motions.
+        ``foreign`` is what its code calls it, where that integrates otherwise than ours.
 
         Raises
         ------
@@ -127,7 +127,6 @@ class Deck(Findings):
         if foreign:
             counts = self.variants.setdefault(kind, {})
             counts[foreign] = counts.get(foreign, 0) + 1
-            self.one_point |= {foreign} if one_point else set()
 
     _kinds: dict[int, str] = field(default_factory=dict, repr=False)
     _made_from: int = 0

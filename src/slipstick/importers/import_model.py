@@ -266,7 +266,15 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
         )
         notes = (*notes, f"{model.source}: {what}")
     notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
-    return replace(model, mesh=mesh, materials=materials, warnings=tuple(warnings), notes=notes)
+    return replace(
+        model,
+        mesh=mesh,
+        materials=materials,
+        contact_pairs=imported.contact_pairs,
+        pretension_sections=imported.pretension_sections,
+        warnings=tuple(warnings),
+        notes=notes,
+    )
 
 
 def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> ImportedModel:

@@ -84,7 +84,7 @@ def assemble_mesh(
     whole.own_warnings = [
         *deck.own_warnings,
         *refine.linear_warnings(mesh, source),
-        *variant_warnings(mesh, deck.variants, source, deck.one_point),
+        *variant_warnings(mesh, deck.variants, source),
         *hourglass_warnings(mesh, source),
         *material_warnings(deck.materials, material, source),
     ]
@@ -95,7 +95,14 @@ def assemble_mesh(
         everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
         materials = {"all": materials}
-    model = replace(model, mesh=mesh, materials=dict(materials), symmetry=symmetry)
+    model = replace(
+        model,
+        mesh=mesh,
+        materials=dict(materials),
+        symmetry=symmetry,
+        contact_pairs=deck.contact_pairs,
+        pretension_sections=deck.pretension_sections,
+    )
     if symmetry is None or not any(stated.cyclic for stated in deck.stated):
         return model
     alone = build_model(whole, source=source, cyclic=False)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
+from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ImportedModel
@@ -33,6 +34,8 @@ _MATRIX = ("data", "indices", "indptr")
 _MAP = ("dof_nodes", "dof_components", "node_ids", "coordinates", "constrained")
 _DEPENDENT = "dependent"
 _SIDES = ("low", "high")
+
+_INTERFACES = ("contact_pairs", "pretension_sections")
 
 
 def save_model(model: ImportedModel, path: Path) -> Path:
@@ -58,6 +61,9 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
     file.attrs["speed"] = model.speed
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
+    for name in _INTERFACES:
+        if known := getattr(model, name):
+            file.attrs[name] = json.dumps({key: vars(part) for key, part in known.items()})
     for name in "KMC":
         matrix = getattr(model, name)
         if matrix is not None:
@@ -140,7 +146,7 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         raise InputError(f"{path.name}: is not a slipstick model; make one with: slipstick import FILE -o model.h5")
     if int(file.attrs["version"]) > VERSION:
         raise InputError(f"{path.name}: has format version {file.attrs['version']}, this program reads up to {VERSION}")
-    arrays = {name: _array(file, name, path) for name in _MAP}
+    arrays: dict[str, Any] = {name: _array(file, name, path) for name in _MAP}
     n = len(arrays["dof_nodes"])
     materials = {name: Material(**known) for name, known in json.loads(file.attrs["materials"]).items()}
     given: dict[str, Any] = {name: _matrix(file, name, (n, n), path) for name in "KMC" if name in file}
@@ -157,8 +163,27 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
         mesh=mesh,
         materials=materials,
+        contact_pairs=_interfaces(file, "contact_pairs"),
+        pretension_sections=_interfaces(file, "pretension_sections"),
         symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
+
+
+def _interfaces(file: h5py.Group, name: str) -> dict[str, Any]:
+    """Contact pairs or sections of bolts, none in older files; ValueError where a value is of another kind."""
+    found: dict[str, Any] = {}
+    for key, known in json.loads(file.attrs.get(name, "{}")).items():
+        numbers = [value for value in (known.get("mu"), *(known.get("normal") or ())) if value is not None]
+        if not np.all(np.isfinite(np.array(numbers, dtype=float))):
+            raise ValueError(f"{name} holds a number that is not finite")
+        if name == "contact_pairs":
+            words = {part: str(known[part]) for part in ("dependent", "independent", "interaction")}
+            found[key] = SurfacePair(**words, mu=None if known["mu"] is None else float(known["mu"]))
+        else:
+            x = known["normal"]
+            normal = None if x is None else (float(x[0]), float(x[1]), float(x[2]))
+            found[key] = PretensionSection(node=int(known["node"]), normal=normal)
+    return found
 
 
 def _symmetry(group: h5py.Group, mesh: Mesh | None, path: Path) -> CyclicSymmetry:

@@ -2,17 +2,19 @@
 
 An equation is ``sum_i c_i u_i = 0``. Equations are taken one after the other; in each, what earlier ones have made
 dependent is replaced, and one dof that is left becomes dependent. So chains of any length come out, T is sparse, and
-for each motion q all equations hold exactly.
+for each motion q all equations hold exactly. Equations whose first dof is taken wait: what they say of the dofs that
+are left is solved by a factorisation with pivoting, for each set of them that have dofs in common.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import one
@@ -21,11 +23,17 @@ from slipstick.typing import Array, IntArray, Matrix
 _NEGLIGIBLE = 1e-12
 """Coefficient, over the largest of its equation, that is rounding of a cancellation."""
 
+_SAID_AGAIN = 1e-9
+"""The same of all that an equation says when others are replaced in it: positions in files have some ten digits."""
+
+_LARGEST = 50_000_000
+"""Coefficients of equations that are solved together."""
+
 
 class Dependent(Enum):
     """Which dof of an equation becomes dependent."""
 
-    FIRST = "the first one; a dof that is dependent twice, or on itself, is refused"
+    FIRST = "the first one; where that is constrained or dependent already, whichever pivoting chooses"
     ANY = "whichever is left"
     YIELDING = "the first one; where that is constrained or dependent already, the equation does not apply"
 
@@ -86,8 +94,8 @@ def eliminate(
     Raises
     ------
     InputError
-        For dofs out of range, coefficients that are not finite, a dof that is made dependent twice or depends on
-        itself: with the origin of the equation.
+        For dofs out of range, coefficients that are not finite, and equations that leave a dof no motion although it
+        is not held: with the origins of the equations.
 
     Examples
     --------
@@ -106,8 +114,11 @@ def eliminate(
         raise InputError(faults)
     order = (Dependent.FIRST, Dependent.ANY, Dependent.YIELDING)
     resolver = _Resolver(zero, name)
-    for equation in sorted(checked, key=lambda e: order.index(e.dependent)):
-        resolver.take(equation)
+    for kind in order:
+        for equation in checked:
+            if equation.dependent is kind:
+                resolver.take(equation)
+        resolver.take_waiting()
     if resolver.faults:
         raise InputError(resolver.faults)
     return _elimination(size, resolver)
@@ -126,6 +137,32 @@ def _faults(equation: Equation, size: int) -> list[Fault]:
 
 _Row = dict[int, float]
 
+_NAMED = 5
+"""Origins that a message names beside the first."""
+
+
+def _row(equation: Equation) -> _Row:
+    row: _Row = {}
+    for dof, value in zip(equation.dofs, equation.coefficients, strict=True):
+        row[dof] = row.get(dof, 0.0) + value
+    return row
+
+
+def _parts(rows: list[tuple[Equation, _Row]]) -> Iterator[list[tuple[Equation, _Row]]]:
+    """Equations that have dofs in common, directly or through others."""
+    dofs = [dof for _, row in rows for dof in row]
+    if not dofs:
+        return
+    number = np.repeat(np.arange(len(rows)), [len(row) for _, row in rows])
+    _, place = np.unique(dofs, return_inverse=True)
+    size = len(rows) + place.max() + 1
+    graph = coo_array((np.ones(len(dofs)), (number, len(rows) + place)), shape=(size, size))
+    count, part = connected_components(graph, directed=False)
+    parts: list[list[tuple[Equation, _Row]]] = [[] for _ in range(count)]
+    for row, i in zip(rows, part[: len(rows)].tolist(), strict=True):
+        parts[i].append(row)
+    yield from filter(None, parts)
+
 
 class _Resolver:
     """Dependent dofs as combinations of others, which later equations may make dependent too."""
@@ -134,51 +171,110 @@ class _Resolver:
         self.zero = zero
         self.name = name
         self.rows: dict[int, _Row] = {}
-        self.stated: dict[int, str | Where] = {}
+        self.stated: dict[int, list[Equation]] = {}
+        self.waiting: list[Equation] = []
         self.idle: dict[str | Where, int] = {}
         self.faults: list[Fault] = []
 
     def take(self, equation: Equation) -> None:
-        row: _Row = {}
-        for dof, value in zip(equation.dofs, equation.coefficients, strict=True):
-            row[dof] = row.get(dof, 0.0) + value
+        row = _row(equation)
         first = equation.dofs[0]
         taken = first in self.zero or first in self.rows
         left = self.resolved(row)
         if not left or (taken and equation.dependent is Dependent.YIELDING):
-            self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
+            self.rest(equation)
         elif equation.dependent is Dependent.ANY or first in self.zero:
-            self.settle(max(left, key=lambda dof: abs(left[dof])), left, equation)
+            self.settle(max(left, key=lambda dof: abs(left[dof])), left, [equation])
         elif not taken and first in left and np.isclose(left[first], row[first], rtol=1e-9, atol=0.0):
-            self.settle(first, left, equation)
+            self.settle(first, left, [equation])
         elif equation.dependent is Dependent.YIELDING:
-            self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
+            self.rest(equation)
+        elif not row[first]:
+            what = f"makes {self.name(first)} dependent with the coefficient 0"
+            self.faults.append(Fault(equation.where, what, remedy="put another first"))
         else:
-            self.faults.append(self.fault(equation, taken))
+            self.waiting.append(equation)
 
-    def fault(self, equation: Equation, taken: bool) -> Fault:
-        name = self.name(equation.dofs[0])
-        if taken:
-            what = f"makes {name} dependent, which {self.stated[equation.dofs[0]]} has done otherwise"
-        else:
-            others = sorted({str(self.stated[dof]) for dof in equation.dofs[1:] if dof in self.rows})
-            if not sum(
-                v for dof, v in zip(equation.dofs, equation.coefficients, strict=True) if dof == equation.dofs[0]
-            ):
-                return Fault(
-                    equation.where, f"makes {name} dependent with the coefficient 0", remedy="put another first"
-                )
-            what = f"makes {name} depend on itself, through {', '.join(others) or 'its own terms'}"
-        return Fault(equation.where, what, remedy="write equations whose first dofs differ and form no ring")
+    def rest(self, equation: Equation) -> None:
+        """An equation that says nothing new, or does not apply."""
+        self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
 
-    def settle(self, dof: int, left: _Row, equation: Equation) -> None:
+    def settle(self, dof: int, left: _Row, equations: list[Equation]) -> None:
         """``dof`` as a combination of the others."""
         pivot = left.pop(dof)
-        self.stated[dof] = equation.where
+        self.stated[dof] = equations
         if left:
             self.rows[dof] = {other: -value / pivot for other, value in left.items()}
         else:
             self.zero.add(dof)
+
+    def take_waiting(self) -> None:
+        """Solve the equations whose first dof was taken, by parts that have dofs in common."""
+        waiting = [(equation, self.news(equation)) for equation in self.waiting]
+        self.waiting = []
+        for equation, row in waiting:
+            if not row:
+                self.rest(equation)
+        for part in _parts([(equation, row) for equation, row in waiting if row]):
+            self.solve([equation for equation, _ in part], [row for _, row in part])
+
+    def solve(self, equations: list[Equation], rows: list[_Row]) -> None:
+        """Dependent dofs of equations between what is left, by QR with column pivoting."""
+        from scipy.linalg import qr, solve_triangular
+
+        dofs = sorted({dof for row in rows for dof in row})
+        if len(rows) * len(dofs) > _LARGEST:
+            what = f"and others are {len(rows)} equations between {len(dofs)} dofs that depend on others already"
+            self.faults.append(Fault(equations[0].where, what, remedy="take out those that say the same"))
+            return
+        place = {dof: i for i, dof in enumerate(dofs)}
+        matrix = np.zeros((len(rows), len(dofs)))
+        for i, (equation, row) in enumerate(zip(equations, rows, strict=True)):
+            scale = max(map(abs, equation.coefficients))
+            for dof, value in row.items():
+                matrix[i, place[dof]] = value / scale
+        triangle, pivots = qr(matrix, mode="r", pivoting=True)
+        rank = int(np.sum(np.abs(np.diag(triangle)) > _SAID_AGAIN))
+        following = -solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
+        following[np.abs(following) <= _NEGLIGIBLE * np.abs(following).max(initial=0.0)] = 0.0
+        for equation in equations[rank:]:
+            self.rest(equation)  # one of those that say it; which one is a matter of order
+        others = pivots[rank:].tolist()
+        for pivot, values in zip(pivots[:rank].tolist(), following, strict=True):
+            left = {dofs[i]: -float(value) for i, value in zip(others, values, strict=True) if value}
+            if not left and not any(self.held(equation) for equation in equations):
+                self.faults.append(self.stuck(dofs[pivot], equations))
+                return
+            self.settle(dofs[pivot], {dofs[pivot]: 1.0, **left}, equations)
+
+    def held(self, equation: Equation) -> bool:
+        """Whether a dof of an equation is zero, or follows one that is."""
+        return any(dof in self.zero for one in self.behind([equation]) for dof in one.dofs)
+
+    def behind(self, equations: list[Equation]) -> list[Equation]:
+        """These equations and those that made their dofs dependent, in turn."""
+        found = {id(equation): equation for equation in equations}
+        new = [*equations]
+        while new:
+            dofs = {dof for equation in new for dof in equation.dofs}
+            new = [e for dof in dofs for e in self.stated.get(dof, ()) if id(e) not in found]
+            found |= {id(equation): equation for equation in new}
+        return [*found.values()]
+
+    def stuck(self, dof: int, equations: list[Equation]) -> Fault:
+        """The fault of equations that hold a dof."""
+        places = list(dict.fromkeys(str(equation.where) for equation in self.behind(equations)))
+        more = f" and {len(places) - _NAMED - 1} more" if len(places) > _NAMED + 1 else ""
+        others = ", ".join(places[1 : _NAMED + 1])
+        what = f"leaves {self.name(dof)} no motion, although nothing holds it"
+        what += f", together with {others}{more}" if others else ""
+        return Fault(equations[0].where, what, remedy="take one of them out, or hold the dof by a support")
+
+    def news(self, equation: Equation) -> _Row:
+        """What an equation says of dofs that are neither held nor dependent; nothing where it is rounding."""
+        row = self.resolved(_row(equation))
+        largest = max(map(abs, row.values()), default=0.0)
+        return row if largest > _SAID_AGAIN * max(map(abs, equation.coefficients)) else {}
 
     def resolved(self, row: _Row) -> _Row:
         """The combination in dofs that are neither held nor dependent."""

@@ -11,6 +11,7 @@ from slipstick.importers.import_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 COUNT = 6
+AXES = ("x", "y", "z", "rx", "ry", "rz")
 HEAD = STEEL + lines_of(beam(), "A") + "*BOUNDARY\nAx0, 1, 3\n"
 REFERENCE = "*NODE, NSET=REF\n1001, 43., 8., 6.\n1002, 43., 8., 6.\n"
 TURNED = "*TRANSFORM, NSET=Ax1, TYPE=R\n1., 0.4, 0.2, -0.3, 1., 0.1\n"
@@ -90,12 +91,8 @@ def test_nodes_kept_in_a_plane_or_on_a_line(tmp_path, kind):
     ("more", "said"),
     [
         (
-            "*EQUATION\n2\n2, 1, 1., 5, 1, -1.\n3\n2, 1, 1., 5, 1, -2., 6, 1, 1.",
-            r"makes n2x dependent, which m\.inp, line 25",
-        ),
-        (
             "*EQUATION\n2\n2, 1, 1., 5, 1, -1.\n2\n5, 1, 1., 2, 1, -2.",
-            "makes n5x depend on itself, through m.inp, line 25",
+            r"line 27: \*EQUATION leaves n5x no motion, although nothing holds it, together with m.inp, line 25",
         ),
         ("*EQUATION\n2\n2, 1, 1., 99, 1, -1.", r"\*EQUATION names node 99, which the file does not have"),
         ("*EQUATION\n3\n2, 1, 1., 5, 1, -1.", "3 terms are announced, 2 are there"),
@@ -139,3 +136,113 @@ def test_orientations_that_nothing_uses_have_no_effect(tmp_path, data):
             read_model(write(tmp_path, CUBE + HELD + more))
     else:
         assert read_model(write(tmp_path, CUBE + HELD + more)).n_dofs == 12
+
+
+NODES = "*NODE\n1001, 43., 3., 2.\n1002, 43., 8., 7.\n"
+BETWEEN = """*EQUATION
+2
+1001, 1, 1., 1002, 1, -1.
+2
+1002, 5, 1., 1001, 5, -1.
+3
+1001, 2, 1., 1002, 2, -0.5, 1001, 3, -0.5
+"""
+MEANS = """*COUPLING, REF NODE=1001, SURFACE=Ax1, CONSTRAINT NAME=L
+*DISTRIBUTING, WEIGHTING METHOD=UNIFORM, COUPLING=STRUCTURAL
+*COUPLING, REF NODE=1002, SURFACE=Az1, CONSTRAINT NAME=H
+*DISTRIBUTING
+"""
+
+
+@pytest.mark.parametrize("order", ["before", "after"])
+def test_equations_between_nodes_that_follow_others_in_the_mean(tmp_path, order):
+    """The reference nodes are dependent; the equations between them hold the two surfaces to each other."""
+    cards = BETWEEN + MEANS if order == "before" else MEANS + BETWEEN
+    model = read_model(write(tmp_path, HEAD + NODES + cards))
+    assert model.warnings == ()
+    motion = {dof: model.directions([dof]).toarray()[:, 0] for dof in (f"n{n}{d}" for n in (1001, 1002) for d in AXES)}
+    np.testing.assert_allclose(motion["n1001x"], motion["n1002x"], atol=1e-12)
+    np.testing.assert_allclose(motion["n1001ry"], motion["n1002ry"], atol=1e-12)
+    np.testing.assert_allclose(motion["n1001y"], (motion["n1002y"] + motion["n1001z"]) / 2.0, atol=1e-12)
+    loose = read_model(write(tmp_path, HEAD + NODES + MEANS))
+    assert loose.n_dofs == model.n_dofs + 3
+    T = model.directions(loose.dofs).toarray().T
+    np.testing.assert_allclose(T.T @ (loose.K @ T), model.K.toarray(), atol=1e-10 * abs(model.K).max())
+
+
+def test_a_dependent_reference_node_is_loaded_and_observed(tmp_path):
+    """The static motion of a body reduced to it is that of the whole model."""
+    import slipstick as ss
+
+    model = read_model(write(tmp_path, HEAD + NODES + BETWEEN + MEANS))
+    body = ss.reduced_body(model, keep=["n1001z", "n1002rx"], modes=4)
+    force = model.directions(["n1001z"]).toarray()[:, 0]
+    exact = force @ np.linalg.solve(model.K.toarray(), force)
+    at = body.structure.dofs.index("n1001z")
+    assert body.structure.static_compliance[at, at] == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_node_between_two_others(tmp_path):
+    model = read_model(
+        write(
+            tmp_path,
+            HEAD + "*NODE\n1001, 30., 0., 0.\n1002, 40., 0., 0.\n1003, 37.5, 0., 0.\n"
+            "*MPC\nPIN, 1001, 25\nPIN, 1002, 30\nLINEAR, 1003, 1001, 1002\n",
+        )
+    )
+    a, b, between = (model.directions([dof]).toarray() for dof in ("n25z", "n30z", "n1003z"))
+    np.testing.assert_array_equal(between, 0.25 * a + 0.75 * b)
+    with pytest.raises(InputError, match="MPC LINEAR nodes 25 and 1001 are at the same place"):
+        read_model(
+            write(
+                tmp_path,
+                CUBE.replace("10, 0.", "25, 1., 1., 1.\n1001, 1., 1., 1.\n10, 0.")
+                + HELD
+                + "*MPC\nLINEAR, 2, 25, 1001\n",
+            )
+        )
+
+
+def test_levers_between_nodes_that_turn_hold_their_rotations(tmp_path):
+    """Two reference nodes of couplings joined by a beam: a rigid motion of the second carries the first."""
+    cards = NODES + MEANS.replace("DISTRIBUTING, WEIGHTING METHOD=UNIFORM, COUPLING=STRUCTURAL", "KINEMATIC")
+    model = read_model(write(tmp_path, HEAD + cards + "*MPC\nBEAM, 1001, 1002\n"))
+    alone = read_model(write(tmp_path, HEAD + cards))
+    assert alone.n_dofs - model.n_dofs == 6
+    one, other = (np.hstack([model.directions([f"n{n}{d}"]).toarray() for d in AXES]) for n in (1001, 1002))
+    np.testing.assert_allclose(one[:, 3:], other[:, 3:], atol=1e-12)
+    np.testing.assert_allclose(one[:, :3], other[:, :3] + np.cross(other[:, 3:], [0.0, -5.0, -5.0]), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("method", "weight"),
+    [("LINEAR", lambda s: 1 - s), ("QUADRATIC", lambda s: 1 - s * s), ("CUBIC", lambda s: 1 - 3 * s**2 + 2 * s**3)],
+)
+def test_weights_by_distance_within_a_radius(tmp_path, method, weight):
+    """Of a node set, translations alone: the weighted mean of the nodes within the radius."""
+    cards = NODES + "*COUPLING, REF NODE=1001, SURFACE=Ax1, CONSTRAINT NAME=L, INFLUENCE RADIUS=7.\n"
+    model = read_model(write(tmp_path, HEAD + cards + f"*DISTRIBUTING, WEIGHTING METHOD={method}\n"))
+    end = model.nodes_of("AX1")
+    distances = np.linalg.norm(model.positions(end) - [43.0, 3.0, 2.0], axis=1)
+    near = distances <= 7.0
+    assert 3 < near.sum() < len(end)
+    weights = weight(distances[near] / distances[near].max())
+    shift = model.directions(["n1001x"]).toarray()[:, 0]
+    rows = [model.index(f"n{n}x") for n in end[near].tolist()]
+    x = np.array([[1.0, 0.0, z, -y] for _, y, z in (model.positions(end[near]) - [43.0, 3.0, 2.0]).tolist()])
+    fit = np.linalg.lstsq(np.sqrt(weights)[:, None] * x[:, [0, 2, 3]], np.diag(np.sqrt(weights)), rcond=None)[0][0]
+    np.testing.assert_allclose(shift[rows], fit, atol=1e-12)
+    assert np.count_nonzero(shift) <= 3 * near.sum()
+    with pytest.raises(InputError, match="no node of AX1 lies within INFLUENCE RADIUS"):
+        read_model(write(tmp_path, HEAD + cards.replace("7.", "0.1", 1).replace("=7.", "=0.1") + "*DISTRIBUTING\n"))
+
+
+def test_a_reference_node_in_a_rigid_body_turns_with_it(tmp_path):
+    """The end of the beam follows node 1001, which is in the rigid body of node 1002; pinned, it only moves with it."""
+    end = "*COUPLING, REF NODE=1001, SURFACE=Ax1, CONSTRAINT NAME=L\n*KINEMATIC\n*NSET, NSET=ONE\n1001\n"
+    found = {}
+    for kind in ("NSET", "TIE NSET", "PIN NSET"):
+        model = read_model(write(tmp_path, HEAD + NODES + end + f"*RIGID BODY, {kind}=ONE, REF NODE=1002\n"))
+        assert {"n1002rx", "n1002x"} <= {*model.dofs, *model.dependent_dofs}
+        found[kind] = model.n_dofs
+    assert found == {"NSET": found["NSET"], "TIE NSET": found["NSET"], "PIN NSET": found["NSET"] + 3}

@@ -13,16 +13,12 @@ from slipstick.importers.import_model import read_mesh, read_model
     [
         ("*INCLUDE, INPUT=more.inp", "line 24: *INCLUDE: there is no file more.inp in the folder"),
         ("*NODE, INPUT=nodes.txt", "*NODE has its data in another file"),
-        ("*NODE, SYSTEM=C\n11, 1., 90., 0.", "*NODE gives cylindrical or spherical coordinates"),
+        ("*NODE, SYSTEM=S\n11, 1., 90., 0.", "*NODE gives spherical coordinates"),
         ("*NODE, NSET=N2\n2, 1.5, 0., 0.", "node 2 is given again at another place"),
         ("*ELEMENT, TYPE=C3D10\n1, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10", "element 1 is given twice"),
         ("*NGEN\n1, 5, 1", "*NGEN is not read: the mesh would be incomplete"),
         ("*PART, NAME=A\n*END PART\n*PART, NAME=B\n*END PART", "*PART begins a second part"),
-        ("*INSTANCE, NAME=A-1, PART=A\n0., 0., 1.\n*END INSTANCE", "*INSTANCE is an instance that is moved"),
-        (
-            "*INSTANCE, NAME=A, PART=A\n*END INSTANCE\n*INSTANCE, NAME=B, PART=A\n*END INSTANCE",
-            "*INSTANCE places a second instance",
-        ),
+        ("*INSTANCE, NAME=A-1, PART=A\n*END INSTANCE", "*INSTANCE names the part A, which the file does not have"),
         (
             "*SURFACE, NAME=S, TYPE=ELEMENT\nNOWHERE, S1",
             "line 25: *SURFACE names NOWHERE, which the file does not have",
@@ -72,3 +68,13 @@ def test_content_by_hand(tmp_path):
     assert content.elements == {"tet10": {1: list(range(1, 11))}}
     assert content.held == {(node, 1) for node in (1, 2, 3, 4, 6, 7, 8, 10)} | {(2, axis) for axis in range(6)}
     assert content.properties == {"STEEL": {"young": 2.1e5, "poisson": 0.3, "density": 7.8e-9}}
+
+
+def test_surfaces_that_are_others_together(tmp_path):
+    sides = "*SURFACE, NAME=A\nEALL, S1\n*SURFACE, NAME=B\nEALL, S2\n*SURFACE, NAME=AB, COMBINE=UNION\nA, B\n"
+    mesh = read_mesh(write(tmp_path, CUBE + sides)).mesh
+    assert mesh.surface("AB").n_faces == 2
+    with pytest.raises(InputError, match="names C, which the file does not have"):
+        read_mesh(write(tmp_path, CUBE + sides.replace("A, B", "A, C")))
+    found = read_mesh(write(tmp_path, CUBE + sides.replace("UNION", "DIFFERENCE")))
+    assert any("AB of DIFFERENCE is left out" in sentence for sentence in found.warnings)

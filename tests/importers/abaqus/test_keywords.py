@@ -21,14 +21,15 @@ COUPLED = [
     "*EQUATION, REMOVE\n2, 1",
     "*MPC\nMEANROT, 2, 2, 2, 5, 5, 5, 6",
     "*TIE, NAME=GLUE, MULTISTAGE\nS1, S2",
-    "*CONTACT PAIR, INTERACTION=I\nS1, S2",
     "*CONTACT",
+    "*CONTACT PAIR, TIED\nS1, S2",
+    "*SURFACE INTERACTION, NAME=I\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n"
+    "1e6\n*CONTACT PAIR, INTERACTION=I\nS1, S2",
     "*RIGID BODY, NSET=ROOT",
     "*COUPLING, REF NODE=2, SURFACE=S, CONSTRAINT NAME=C",
     "*COUPLING, REF NODE=2, SURFACE=S, ORIENTATION=NOWHERE, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3",
     "*DISTRIBUTING COUPLING, ELSET=EALL\n2, 1.",
     "*EMBEDDED ELEMENT\nEALL",
-    "*PRE-TENSION SECTION, SURFACE=S, NODE=2",
     "*ELEMENT, TYPE=MASS, ELSET=POINT\n9, 2\n*MASS, ELSET=POINT, TYPE=ANISOTROPIC\n1., 2., 3.",
     "*ELEMENT, TYPE=SPRINGA, ELSET=SP\n9, 2, 3\n*SPRING, ELSET=SP, NONLINEAR\n0., 0.\n1., 1.",
     "*GAP, ELSET=G\n0.1",
@@ -36,10 +37,8 @@ COUPLED = [
     "*ELEMENT, TYPE=B31, ELSET=B\n9, 2, 3\n*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=RECT\n1., 1.",
     "*ELEMENT, TYPE=M3D3, ELSET=SK\n9, 2, 3, 4\n*MEMBRANE SECTION, ELSET=SK, MATERIAL=STEEL\n0.1",
     "*FOUNDATION\nEALL, F1, 1e3",
-    "*INITIAL CONDITIONS, TYPE=STRESS\nEALL, 1., 0., 0., 0., 0., 0.",
     "*BOUNDARY\n2, 1, 1, 0.5",
     "*BOUNDARY, TYPE=VELOCITY\n2, 1, 1, 0.",
-    "*STEP\n*STATIC\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP",
     "*STEP\n*FREQUENCY\n3\n*BOUNDARY, OP=NEW\n2, 1, 3\n*END STEP",
     "*STEP\n*STATIC\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nEALL\n*END STEP",
 ]
@@ -100,6 +99,11 @@ def test_materials_that_cannot_be_used(tmp_path, old, new, said):
     [
         ("*STRANGE THING, A=1\n1, 2", "m.inp, line 24: *STRANGE THING is not understood: it has no effect here"),
         ("*NSET, NSET=Q, ODD=3\n1", "m.inp, line 24: *NSET has the parameter ODD, which is not understood"),
+        ("*INITIAL CONDITIONS, TYPE=STRESS\nEALL, 1., 0., 0., 0., 0., 0.", "*INITIAL CONDITIONS sets stresses, whose"),
+        (
+            "*STEP\n*STATIC\n*CLOAD\n2, 1, 5.\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP",
+            "*STEP vibrates about the loaded state of the step before: its stiffening by stress and rotation",
+        ),
         ("*DAMPING, ALPHA=1.", "*DAMPING is not read; give the structure's loss_factor or damping_ratio"),
         (
             "*STEP\n*STATIC\n*DLOAD\nEALL, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n*END STEP",

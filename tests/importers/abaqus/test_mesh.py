@@ -46,13 +46,40 @@ def test_frequencies_of_reduced_bricks_are_those_of_calculix(tmp_path, monkeypat
     assert np.all(squares[1] < squares[0])  # points that miss mass make it lighter, never heavier
 
 
-def test_bricks_of_one_point_are_refused_unless_they_become_quadratic(tmp_path):
-    write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
-    text = (tmp_path / "m.inp").read_text()
-    (tmp_path / "m.inp").write_text(text.replace("TYPE=C3D8,", "TYPE=C3D8R,"))
-    with pytest.raises(InputError, match="6 elements of type C3D8R have one point each"):
-        read_model(tmp_path / "m.inp", quiet=True)
+def test_bricks_of_one_point_are_told_unless_they_become_quadratic(tmp_path):
+    write_input(tmp_path / "m.inp", skewed("hex8r"), step="*FREQUENCY\n6")
+    model = read_model(tmp_path / "m.inp", quiet=True)
+    said, single = model.warnings
+    assert said.startswith("m.inp: 6 elements of type C3D8R are computed by their mean strain, with 0.005 G")
+    assert single.startswith("m.inp: 6 hex8r elements, as 1, have no neighbour along one direction or more")
     assert read_model(tmp_path / "m.inp", ImportOptions(quadratic=True)).warnings == ()
+
+
+def test_incompatible_bricks_are_computed_as_such(tmp_path):
+    write_input(tmp_path / "m.inp", skewed("hex8i"), step="*FREQUENCY\n6")
+    model = read_model(tmp_path / "m.inp")
+    assert model.warnings == ()
+    assert set(model.mesh.blocks) == {"hex8i"}
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ("*SECTION CONTROLS, NAME=EC, HOURGLASS=ENHANCED\n1., 1., 1.", True),
+        ("*SECTION CONTROLS, NAME=EC, HOURGLASS=STIFFNESS\n1., 1., 1.", False),
+        ("*SECTION CONTROLS, NAME=EC\n2., 1., 1.", True),
+        ("*HOURGLASS STIFFNESS\n700.", True),
+    ],
+)
+@pytest.mark.parametrize("kind", ["hex8r", "hex8i"])
+def test_another_hourglass_stiffness_is_told_where_there_is_one(tmp_path, kind, more, told):
+    write_input(tmp_path / "m.inp", skewed(kind), step="*FREQUENCY\n6")
+    text = (tmp_path / "m.inp").read_text()
+    (tmp_path / "m.inp").write_text(text.replace("*MATERIAL", f"{more}\n*MATERIAL"))
+    said = [
+        sentence for sentence in read_model(tmp_path / "m.inp", quiet=True).warnings if "asks for another" in sentence
+    ]
+    assert len(said) == (told and kind == "hex8r")
 
 
 def test_input_file_sets_surfaces_materials(tmp_path):

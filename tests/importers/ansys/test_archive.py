@@ -180,6 +180,7 @@ def test_other_elements_are_refused_by_name(tmp_path, kind, name):
         ("NOSUCH,1,2\n", "NOSUCH is not understood: it has no effect here"),
         ("MP,DMPR,1,0.02\n", "DMPR of material 1: damping is not read"),
         ("TB,BISO,1,1,2\n", "TB, BISO of material 1 is left out: the structure is linear"),
+        ("KEYOP,1,2,1\n", "1 elements of type SOLID185 with KEYOPT(2) = 1 are computed by their mean strain"),
         ("KEYOP,1,2,3\n", "1 elements of type SOLID185 with KEYOPT(2) = 3 are computed as fully integrated hex8"),
     ],
 )

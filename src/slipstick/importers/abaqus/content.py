@@ -10,8 +10,9 @@ import numpy as np
 from slipstick.errors import Fault, Place
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import Reference
+from slipstick.fem.interfaces import SurfacePair
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.importers.abaqus.keywords import Block
+from slipstick.importers.abaqus.keywords import Block, Placement
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import whole_number
@@ -70,9 +71,13 @@ class Content(Deck):
     sectors: list[tuple[Tie, CyclicSymmetry, Place]] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
+    interaction: str = ""
+    friction: dict[str, float] = field(default_factory=dict)
+    glued: set[str] = field(default_factory=set)
+    pairs: list[tuple[SurfacePair, Place]] = field(default_factory=list)
     material: str = ""
     parts: int = 0
-    instances: int = 0
+    system: Placement | None = None
     steps: list[dict[str, str]] = field(default_factory=list)
     loaded: bool = False
 
@@ -100,9 +105,12 @@ class Content(Deck):
 
 
 def named(word: str, sets: dict[str, list[int]]) -> list[int]:
-    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
-    word = word.strip('"').upper()
-    if word not in sets:
+    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set.
+
+    Where sets have the name of their instance, the name alone is another one's.
+    """
+    word = word.replace('"', "").upper()
+    if "." in word and word not in sets and not any("." in name for name in sets):
         word = word.split(".")[-1]
     return [whole_number(word)] if word.isdigit() else sets[word]
 

@@ -5,7 +5,7 @@ Each leaves an entry of which the finished mesh gets its equations.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,12 +25,12 @@ from slipstick.fem.equations import (
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
-from slipstick.importers.abaqus.keywords import KEYWORDS, Block
+from slipstick.importers.abaqus.keywords import KEYWORDS, Block, Placement
 from slipstick.importers.deck import Stated
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 from slipstick.structure.constraints import Dependent
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 
 @KEYWORDS.reads("EQUATION", "REMOVE REMOVEALL", stage=2)
@@ -89,12 +89,17 @@ def axes_at(axes: Axes, position: Array) -> Array:
     return cylindrical(axes.a, axes.b, position) if axes.cylindrical else rectangular(axes.a, axes.b)
 
 
-def read_axes(words: list[str], kind: str) -> Axes:
-    """Six numbers: two vectors from the origin (rectangular), or two points of an axis (cylindrical)."""
+def read_axes(words: list[str], kind: str, placement: Placement | None = None) -> Axes:
+    """Six numbers: two vectors from the origin (rectangular), or two points of an axis (cylindrical); moved with the
+    instance.
+    """
     values = np.array([fortran_real(word) for word in words if word][:6])
     if len(values) < 6:
         raise ValueError(f"{len(values)} numbers; expected six")
     system = Axes(cylindrical=kind.startswith("C"), a=values[:3], b=values[3:])
+    if placement is not None:
+        moved = placement.place if system.cylindrical else placement.turn.__matmul__
+        system = Axes(cylindrical=system.cylindrical, a=moved(system.a), b=moved(system.b))
     axes_at(system, system.a + np.array([0.3, 0.5, 0.7]))  # InputError here where they are none
     return system
 
@@ -108,7 +113,7 @@ def on_orientation(content: Content, block: Block) -> None:
     )
     plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES" and _numbers(block.rows[:1])
     if kind[0] in "RC" and not turned and plain and "NAME" in block.parameters:
-        content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
+        content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind, block.placement)
     content.note(Verdict.HARMLESS, block)
 
 
@@ -137,6 +142,8 @@ def on_mpc(content: Content, block: Block) -> None:
             nodes = list(dict.fromkeys(node for group in groups for node in group))
             make = _plane if kind == "PLANE" else _straight
             content.stated.append(Stated(where=where, equations=partial(make, content, nodes, where)))
+        elif kind == "LINEAR" and len(groups) == 3:
+            content.stated.append(Stated(where=where, equations=partial(_between, content, groups, where)))
         elif kind in ("BEAM", "TIE", "PIN") and len(groups) == 2:
             references = {node: content.reference(node) for node in groups[1]} if kind == "BEAM" else {}
             equations = partial(_joined, content, groups, references, where)
@@ -149,16 +156,36 @@ def on_mpc(content: Content, block: Block) -> None:
 def _joined(
     content: Content, groups: list[list[int]], references: dict[int, Reference], where: Place, mesh: Mesh
 ) -> Iterator[NodalEquation]:
-    """BEAM: the first follow the second, their references, as rigid bodies; TIE and PIN: they move alike."""
+    """BEAM: the first follow the second, their references, as rigid bodies; TIE and PIN: they move alike.
+
+    Where both nodes have rotations BEAM and TIE hold these too.
+    """
     del mesh
     first, second = groups
     for i, node in enumerate(first):
         other = second[i % len(second)]
+        turning = node in content.turning and other in content.turning and not str(where[-1]).endswith(" PIN")
+        axes = range(6) if turning else range(3)
         if references:
-            yield from rigid_equations(references[other], {node: content.position(node)}, where, (0, 1, 2))
+            yield from rigid_equations(references[other], {node: content.position(node)}, where, axes)
         else:
-            for axis in range(3):
+            for axis in axes:
                 yield NodalEquation(terms=((node, axis, 1.0), (other, axis, -1.0)), where=where)
+
+
+def _between(content: Content, groups: list[list[int]], where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
+    """LINEAR: each of the first moves as its place between the second and the third, by distance along their line."""
+    del mesh
+    first, second, third = groups
+    for i, node in enumerate(first):
+        a, b = second[i % len(second)], third[i % len(third)]
+        line = content.position(b) - content.position(a)
+        if not line @ line > 0.0:
+            raise refused(where, f"nodes {a} and {b} are at the same place")
+        share = float((content.position(node) - content.position(a)) @ line / (line @ line))
+        for axis in range(3):
+            terms = ((node, axis, 1.0), (a, axis, share - 1.0), (b, axis, -share))
+            yield NodalEquation(terms=tuple(term for term in terms if term[2]), where=where)
 
 
 def _plane(content: Content, nodes: list[int], where: Place, mesh: Mesh) -> Iterator[NodalEquation]:
@@ -194,12 +221,15 @@ def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: Place) ->
     return NodalEquation(terms=terms, where=where, dependent=Dependent.ANY)
 
 
-@KEYWORDS.reads("RIGIDBODY", "ELSET NSET REFNODE ROTNODE", stage=2)
+@KEYWORDS.reads("RIGIDBODY", "ELSET NSET PINNSET REFNODE ROTNODE TIENSET", stage=2)
 def on_rigid_body(content: Content, block: Block) -> None:
-    """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
+    """All nodes of sets follow a reference node; its rotations are directions 4..6, or those of the ROT NODE.
+
+    Those of PIN NSET may turn.
+    """
     parameters = block.parameters
     where = content.place(block.line, block.shown)
-    if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
+    if "REFNODE" not in parameters or not parameters.keys() & {"ELSET", *_RIGID_SETS}:
         content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
     node = content.one_node(parameters["REFNODE"])
@@ -216,18 +246,29 @@ def on_rigid_body(content: Content, block: Block) -> None:
 def _rigid(
     content: Content, reference: Reference, parameters: dict[str, str], where: Place, mesh: Mesh
 ) -> Iterator[NodalEquation]:
-    if "ELSET" in parameters:
-        chosen = mesh.element_sets.get(parameters["ELSET"], {})
-        parts = [mesh.blocks[kind][members].ravel() for kind, members in chosen.items()]
-        members = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
-    else:
-        members = nodes_of(content, mesh, parameters["NSET"], where)
+    chosen = mesh.element_sets.get(parameters.get("ELSET", ""), {})
+    parts = {"": [mesh.blocks[kind][members].ravel() for kind, members in chosen.items()]}
+    parts |= {key: [nodes_of(content, mesh, parameters[key], where)] for key in _RIGID_SETS if key in parameters}
     turning = {pair[0] for pair in reference.rotations}
-    nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist() if int(mesh.labels[m]) not in turning}
-    yield from rigid_equations(reference, nodes, where, (0, 1, 2))
+    for key, found in parts.items():
+        members = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found]))
+        nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist() if int(mesh.labels[m]) not in turning}
+        yield from _following(content, reference, nodes, where, range(3 if key == "PINNSET" else 6))
 
 
-@KEYWORDS.reads("COUPLING", "CONSTRAINTNAME ORIENTATION REFNODE SURFACE", stage=2)
+_RIGID_SETS = ("NSET", "PINNSET", "TIENSET")
+
+
+def _following(
+    content: Content, reference: Reference, nodes: dict[int, Array], where: Place, directions: Sequence[int]
+) -> Iterator[NodalEquation]:
+    """Nodes follow a reference node: their displacements, and rotations where they are reference nodes themselves."""
+    for node, position in nodes.items():
+        wanted = [d for d in directions if d < 3 or node in content.turning]
+        yield from rigid_equations(reference, {node: position}, where, wanted)
+
+
+@KEYWORDS.reads("COUPLING", "CONSTRAINTNAME INFLUENCERADIUS ORIENTATION REFNODE SURFACE", stage=2)
 def on_coupling(content: Content, block: Block) -> None:
     """A reference node and a surface; what couples them stands in the next keyword."""
     unfinished_coupling(content)
@@ -242,7 +283,7 @@ def unfinished_coupling(content: Content) -> None:
 
 
 @KEYWORDS.reads("KINEMATIC", "", stage=2)
-@KEYWORDS.reads("DISTRIBUTING", "CYCLICSYMMETRY", stage=2)
+@KEYWORDS.reads("DISTRIBUTING", "COUPLING CYCLICSYMMETRY WEIGHTINGMETHOD", stage=2)
 def on_kind_of_coupling(content: Content, block: Block) -> None:
     """*KINEMATIC: the surface follows the reference node; *DISTRIBUTING: the reference node follows it in the mean."""
     if content.coupling is None:
@@ -266,6 +307,8 @@ def on_kind_of_coupling(content: Content, block: Block) -> None:
         surface=head["SURFACE"].strip('"').upper(),
         directions=directions,
         axes=axes,
+        radius=fortran_real(head["INFLUENCERADIUS"]) if head.get("INFLUENCERADIUS") else np.inf,
+        weighting=_WEIGHTING[block.parameters.get("WEIGHTINGMETHOD", "UNIFORM")],
         where=where,
     )
     make = _kinematic if block.keyword == "KINEMATIC" else _distributing
@@ -274,13 +317,37 @@ def on_kind_of_coupling(content: Content, block: Block) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class _Joint:
-    """A *COUPLING: reference node, surface, directions 0..5, along which axes."""
+    """A *COUPLING: reference node, surface, directions 0..5, along which axes; which nodes count, and how much, by
+    their distance from the reference node.
+    """
 
     reference: Reference
     surface: str
     directions: list[int]
     axes: Axes | None
+    radius: float
+    weighting: Callable[[Array], Array]
     where: Place
+
+
+_WEIGHTING: dict[str, Callable[[Array], Array]] = {
+    "UNIFORM": np.ones_like,
+    "LINEAR": lambda s: 1.0 - s,
+    "QUADRATIC": lambda s: 1.0 - s**2,
+    "CUBIC": lambda s: 1.0 - 3.0 * s**2 + 2.0 * s**3,
+}
+"""Weights by the distance from the reference node over the largest one; as Abaqus (Coupling constraints)."""
+
+
+def _members(content: Content, joint: _Joint, mesh: Mesh) -> tuple[IntArray, Array]:
+    """Nodes of a coupling (indices), and their weights."""
+    members = nodes_of(content, mesh, joint.surface, joint.where)
+    distances = np.linalg.norm(mesh.nodes[members] - joint.reference.position, axis=1)
+    near = distances <= joint.radius
+    if not near.any():
+        raise refused(joint.where, f"no node of {joint.surface} lies within INFLUENCE RADIUS of the reference node")
+    largest = distances[near].max()
+    return members[near], joint.weighting(distances[near] / (largest or 1.0))
 
 
 def _span(row: list[str]) -> range:
@@ -292,11 +359,11 @@ def _span(row: list[str]) -> range:
 
 
 def _kinematic(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEquation]:
-    members = nodes_of(content, mesh, joint.surface, joint.where)
+    members, _ = _members(content, joint, mesh)
     nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist()}
     wanted = [d for d in joint.directions if d < 3]
     if joint.axes is None or len(wanted) == 3:
-        yield from rigid_equations(joint.reference, nodes, joint.where, wanted)
+        yield from _following(content, joint.reference, nodes, joint.where, joint.directions)
         return
     for node, position in nodes.items():
         rows = rigid_rows(joint.reference, position)
@@ -308,10 +375,13 @@ def _kinematic(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEqu
 
 def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEquation]:
     """All three directions of the surface count, whichever way the axes of the coupling are turned."""
-    members = nodes_of(content, mesh, joint.surface, joint.where)
+    members, weights = _members(content, joint, mesh)
     faces = joint.surface in content.surfaces
     shares = area_weights(mesh, mesh.surfaces[joint.surface]) if faces else np.ones(mesh.n_nodes)
-    nodes = {int(mesh.labels[m]): (mesh.nodes[m], float(shares[m]), (0, 1, 2)) for m in members.tolist()}
+    nodes = {
+        int(mesh.labels[m]): (mesh.nodes[m], float(shares[m] * weight), (0, 1, 2))
+        for m, weight in zip(members.tolist(), weights.tolist(), strict=True)
+    }
     nodes.pop(joint.reference.node, None)
     yield from mean_equations(joint.reference, nodes, joint.where, joint.directions)
 

@@ -12,9 +12,11 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.equations import rectangular
 from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import read_axes, unfinished_coupling
+from slipstick.importers.abaqus.interfaces import bolt_nodes
 from slipstick.importers.abaqus.keywords import (
     KEYWORDS,
     LAWS,
@@ -22,10 +24,12 @@ from slipstick.importers.abaqus.keywords import (
     OTHER_SECTIONS,
     Block,
     ElementType,
+    Placement,
     blocks,
     solid_type,
     whole_text,
 )
+from slipstick.importers.abaqus.parts import flat
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
@@ -115,11 +119,12 @@ def read_content(path: Path) -> Content:
     ------
     InputError
         For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
-        incomplete: includes, generated nodes, several parts, moved instances.
+        incomplete: includes, generated nodes, several parts without an assembly.
     """
     content = Content(path=path, source=path.name, flatten=_INSTANCES)
     late: list[Block] = []
-    for block in blocks(whole_text(path, content)):
+    text = whole_text(path, content)
+    for block in flat(text, blocks(text), content):
         if _entry(block).stage:
             late.append(block)
         else:
@@ -171,25 +176,45 @@ def _part(content: Content, block: Block) -> None:
 
 
 @KEYWORDS.reads("INSTANCE", "NAME PART")
+@KEYWORDS.reads("ENDINSTANCE ENDPART", "")
 def _instance(content: Content, block: Block) -> None:
-    content.instances += 1
-    if content.instances > 1:
-        content.note(Verdict.INCOMPLETE, block, f"places a second instance; {_INSTANCES}")
-    elif any(fortran_real(word) for row in block.rows for word in row if word):
-        content.note(Verdict.INCOMPLETE, block, f"is an instance that is moved; {_INSTANCES}")
+    """What follows has a part of its own (parts.py), and no *SYSTEM yet."""
+    del block
+    content.system = None
+
+
+@KEYWORDS.reads("SYSTEM", "")
+def _system(content: Content, block: Block) -> None:
+    """Origin and a point of the x axis, then one of the x-y plane; without that z stays; without lines it ends."""
+    values = [fortran_real(word) if word else 0.0 for row in block.rows[:2] for word in row]
+    origin, along, across = (np.array(values[i : i + 3]) for i in (0, 3, 6))
+    if len(values) not in (0, 3, 6, 9):
+        raise ValueError(f"{len(values)} numbers; expected three for each point")
+    content.system = Placement(turn=np.eye(3), shift=origin) if len(values) else None
+    if len(values) > 3:
+        x = along - origin
+        y = across - origin if len(values) == 9 else np.cross([0.0, 0.0, 1.0], x)
+        if len(values) == 6 and abs(x[2]) > 1e-6 * np.linalg.norm(x):
+            raise ValueError("an x axis that leaves the x-y plane, without a third point")
+        content.system = Placement(turn=rectangular(x, y).T, shift=origin)
 
 
 @KEYWORDS.reads("NODE", "INPUT NSET SYSTEM")
 def _node(content: Content, block: Block) -> None:
-    if block.parameters.get("SYSTEM", "R") != "R":
-        what = "gives cylindrical or spherical coordinates; write global rectangular ones"
-        content.note(Verdict.INCOMPLETE, block, what)
+    kind = block.parameters.get("SYSTEM", "R")[:1]
+    if kind not in ("R", "C"):
+        content.note(Verdict.INCOMPLETE, block, "gives spherical coordinates; write rectangular or cylindrical ones")
+    motions = [motion for motion in (content.system, block.placement) if motion is not None]
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
         if len(row) > 4 and all(word.lstrip("+-").isdigit() for word in row):
             raise ValueError(f"line {line} has {len(row)} whole numbers; expected a label and x, y, z with points")
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
+        if kind == "C":
+            x, y = x * np.cos(np.deg2rad(y)), x * np.sin(np.deg2rad(y))
+        for motion in motions:
+            x, y, z = motion.place(np.array([x, y, z])).tolist()
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
             raise refused(content.place(line), f"node {label} is given again at another place", remedy=_INSTANCES)
         labels.append(label)
@@ -220,7 +245,7 @@ def _solids(content: Content, block: Block, name: str, solid: ElementType) -> li
     where = content.place(block.line)
     for at in range(0, len(words), width):
         nodes = words[at + 1 : at + width]
-        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name, one_point=solid.one_point)
+        content.element(solid.kind, words[at], nodes, where, "" if solid.same else name)
     return words[::width]
 
 
@@ -254,16 +279,20 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     return [label for row in block.rows for word in row if word for label in named(word, sets)]
 
 
-@KEYWORDS.reads("SURFACE", "INTERNAL NAME TYPE")
+@KEYWORDS.reads("SURFACE", "COMBINE INTERNAL NAME TYPE")
 def _surface(content: Content, block: Block) -> None:
     name = block.parameters["NAME"]
     kind = block.parameters.get("TYPE", "ELEMENT")
     if kind == "NODE":
         content.node_sets[name] = [n for row in block.rows for n in named(row[0], content.node_sets)]
-    elif kind == "ELEMENT" and block.rows:
+    elif block.parameters.get("COMBINE", "") == "UNION":
+        parts = [word.replace('"', "").upper() for row in block.rows for word in row if word]
+        content.surfaces[name] = [row for part in parts for row in content.surfaces[part]]
+    elif kind == "ELEMENT" and block.rows and "COMBINE" not in block.parameters:
         content.surfaces[name] = [*zip(block.lines, block.rows, strict=True)]
     else:
-        content.note(Verdict.APPROXIMATED, block, f"{name} of TYPE={kind} is left out")
+        what = block.parameters.get("COMBINE", f"TYPE={kind}")
+        content.note(Verdict.APPROXIMATED, block, f"{name} of {what} is left out")
 
 
 @KEYWORDS.reads("MATERIAL", "NAME RTOL")
@@ -323,12 +352,24 @@ def _section(content: Content, block: Block) -> None:
     (content.sections if block.keyword == "SOLIDSECTION" else content.other_sections).append(section)
 
 
+@KEYWORDS.reads("SECTIONCONTROLS HOURGLASSSTIFFNESS", stage=3)
+def _hourglass(content: Content, block: Block) -> None:
+    """Another hourglass stiffness than the default one, where the file has elements that need some."""
+    asked = block.keyword == "HOURGLASSSTIFFNESS" or block.parameters.get("HOURGLASS", "STIFFNESS") != "STIFFNESS"
+    scaled = any(word and fortran_real(word) != 1.0 for row in block.rows[:1] for word in row[:3])
+    if (asked or scaled) and content.elements.get("hex8r"):
+        what = "asks for another hourglass stiffness, which is left out: C3D8R has the default one, 0.005 G"
+        content.note(Verdict.APPROXIMATED, block, what)
+    else:
+        content.note(Verdict.HARMLESS, block)
+
+
 @KEYWORDS.reads("STEP")
 def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
     if "PERTURBATION" in block.parameters and content.loaded:
-        what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
-        content.note(Verdict.COUPLING, block, what)
+        what = "vibrates about the loaded state of the step before: its stiffening by stress and rotation is left out"
+        content.note(Verdict.APPROXIMATED, block, what)
     content.steps.append(block.parameters)
 
 
@@ -354,7 +395,7 @@ def _frequency(content: Content, block: Block) -> None:
 @KEYWORDS.reads("INITIALCONDITIONS", "TYPE")
 def _initial(content: Content, block: Block) -> None:
     if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
-        content.note(Verdict.COUPLING, block, "sets stresses that stiffen the structure")
+        content.note(Verdict.APPROXIMATED, block, "sets stresses, whose stiffening is left out")
     else:
         content.note(Verdict.HARMLESS, block)
 
@@ -370,7 +411,7 @@ def _load(content: Content, block: Block) -> None:
 
 @KEYWORDS.reads("TRANSFORM", "NSET TYPE", stage=1)
 def _transform(content: Content, block: Block) -> None:
-    axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"))
+    axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"), block.placement)
     for node in content.node_sets[block.parameters["NSET"]]:
         if node in content.nodes:
             content.turned[node] = axes
@@ -383,10 +424,14 @@ def _boundary(content: Content, block: Block) -> None:
         content.note(Verdict.COUPLING, block, "takes away the supports given before (OP=NEW)")
     if parameters.keys() & {"USER", "SUBMODEL"} or parameters.get("TYPE", "DISPLACEMENT") != "DISPLACEMENT":
         content.note(Verdict.COUPLING, block, "moves nodes by a routine, another model, a velocity or an acceleration")
+    bolts = bolt_nodes(content)
     for line, row in zip(block.lines, block.rows, strict=True):
         nodes = [node for node in named(row[0], content.node_sets) if node in content.nodes]
         if not nodes and row[0].isdigit():
             raise KeyError(f"node {row[0]}")
+        if {*nodes} <= bolts and nodes:
+            content.note(Verdict.HARMLESS, block)
+            continue
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:

@@ -12,9 +12,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from slipstick.errors import Place
 from slipstick.importers.findings import Findings, Table, Verdict, refused
 from slipstick.importers.text_numbers import LARGEST_TEXT_FILE, read_bytes
+from slipstick.typing import Array
 
 _WHOLE = "is not read: the mesh would be incomplete; write one flat input file with all nodes and elements"
 _TIES = "ties degrees of freedom to each other"
@@ -36,20 +39,21 @@ _LOADS = """BOUNDARYF TRANSFORMF EQUATIONF VIEWFACTOR FLUIDSECTIONS
     CLOAD DSLOAD DSFLUX TEMPERATURE FIELD CFLUX DFLUX FILM SFILM CFILM RADIATE SRADIATE CRADIATE
     MASSFLOW BASEMOTION PRESSURESTRESS FILMPROPERTY AMPLITUDE TIMEPOINTS LOADCASE ENDLOADCASE PSD-DEFINITION
     CORRELATION"""
-_DEFINITIONS = """HEADING PREPRINT ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE ENDSTEP DISTRIBUTION
+_DEFINITIONS = """HEADING PREPRINT ASSEMBLY ENDASSEMBLY ENDSTEP DISTRIBUTION
     DISTRIBUTIONTABLE EXPANSION SPECIFICHEAT LATENTHEAT HEATGENERATION DEPVAR USEROUTPUTVARIABLES
-    PHYSICALCONSTANTS  VALUESATINFINITY SURFACEINTERACTION SURFACEBEHAVIOR FRICTION CHANGEFRICTION
+    PHYSICALCONSTANTS VALUESATINFINITY CHANGEFRICTION
     GAPCONDUCTANCE GAPHEATGENERATION CONTACTDAMPING CONTACTINCLUSIONS CONTACTPROPERTYASSIGNMENT
     CONTACTCONTROLS CONTACTFORMULATION SURFACEPROPERTYASSIGNMENT CONTACTINITIALIZATIONASSIGNMENT
     CONTACTINITIALIZATIONDATA CONTACTEXCLUSIONS CHANGESURFACEBEHAVIOR CHANGECONTACTTYPE FLUIDCONSTANTS
-    FLUIDSECTION SPECIFICGASCONSTANT ELECTRICALCONDUCTIVITY MAGNETICPERMEABILITY SECTIONCONTROLS
-    HOURGLASSSTIFFNESS NORMAL NODALTHICKNESS TRANSVERSESHEARSTIFFNESS CONNECTORBEHAVIOR CONNECTORELASTICITY
+    FLUIDSECTION SPECIFICGASCONSTANT ELECTRICALCONDUCTIVITY MAGNETICPERMEABILITY
+    NORMAL NODALTHICKNESS TRANSVERSESHEARSTIFFNESS CONNECTORBEHAVIOR CONNECTORELASTICITY
     CONNECTORDAMPING CHANGEPLASTIC"""
 _PROCEDURES = """MODALDYNAMIC STEADYSTATEDYNAMICS BUCKLE GREEN HEATTRANSFER ELECTROMAGNETICS CFD SENSITIVITY
-    RANDOMRESPONSE RESPONSESPECTRUM SUBSTRUCTUREGENERATE RETAINEDNODALDOFS SUBSTRUCTUREMATRIXOUTPUT
+    RANDOMRESPONSE RESPONSESPECTRUM SUBSTRUCTUREGENERATE SUBSTRUCTUREMATRIXOUTPUT
     MATRIXGENERATE MATRIXOUTPUT ELEMENTMATRIXOUTPUT SELECTEIGENMODES DESIGNVARIABLES
     DESIGNRESPONSE OBJECTIVE CONSTRAINT FEASIBLEDIRECTION FILTER ROBUSTDESIGN RANDOMFIELD CORRELATIONLENGTH
-    CRACKPROPAGATION REFINEMESH NOANALYSIS RESTART CONTROLS SOLUTIONTECHNIQUE"""
+    CRACKPROPAGATION REFINEMESH NOANALYSIS RESTART CONTROLS SOLUTIONTECHNIQUE DAMPINGCONTROLS
+    SUBSTRUCTURELOADCASE"""
 _OUTPUT = """NODEPRINT NODEFILE NODEOUTPUT ELPRINT ELFILE ELEMENTOUTPUT OUTPUT CONTACTPRINT CONTACTFILE CONTACTOUTPUT
     SECTIONPRINT SECTIONFILE FACEPRINT FILEFORMAT MONITOR MODALFILE MODALPRINT ENERGYPRINT ENERGYFILE
     ENERGYOUTPUT PRINT FILEOUTPUT RADIATIONOUTPUT INTEGRATEDOUTPUTSECTION INTEGRATEDOUTPUT DIAGNOSTICS"""
@@ -63,15 +67,14 @@ OTHER_SECTIONS = """SHELLSECTION SHELLGENERALSECTION BEAMSECTION BEAMGENERALSECT
 
 KEYWORDS = Table(
     ("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
-    ("SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"),
     ("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
     ("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
     ("NETWORKMPC", Verdict.COUPLING, _TIES),
     ("TIEDCONTACT", Verdict.COUPLING, "glues surfaces together"),
-    ("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact"),
+    ("CONTACT", Verdict.COUPLING, "holds surfaces in contact"),
+    ("CLEARANCE CONTACTINTERFERENCE", Verdict.APPROXIMATED, "moves surfaces of contacts, which is left out"),
     ("KINEMATICCOUPLING", Verdict.COUPLING, _REFERENCE),
     ("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others"),
-    ("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves"),
     ("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners"),
     ("RELEASE", Verdict.COUPLING, "releases rotations"),
     ("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations"),
@@ -100,11 +103,10 @@ KEYWORDS = Table(
 
 @dataclass(frozen=True, kw_only=True)
 class ElementType:
-    """Our element for a solid; whether both integrate alike; whether theirs has one point."""
+    """Our element for a solid; whether both integrate alike."""
 
     kind: str
     same: bool = False
-    one_point: bool = False
 
 
 ELEMENT_TYPES = {
@@ -112,28 +114,29 @@ ELEMENT_TYPES = {
     "C3D5": ElementType(kind="pyramid5"),
     "C3D6": ElementType(kind="wedge6"),
     "C3D8": ElementType(kind="hex8"),
-    "C3D8R": ElementType(kind="hex8", one_point=True),
+    "C3D8R": ElementType(kind="hex8r"),
+    "C3D8I": ElementType(kind="hex8i", same=True),
     "C3D10": ElementType(kind="tet10", same=True),
     "C3D15": ElementType(kind="wedge15", same=True),
     "C3D20": ElementType(kind="hex20", same=True),
     "C3D20R": ElementType(kind="hex20r", same=True),
 }
-"""Solids. With other letters (C3D8I, C3D10M, DC3D8) they have the same nodes and another integration."""
+"""Solids. With other letters (C3D8H, C3D10M, DC3D8) they have the same nodes and another integration."""
 
 
 def solid_type(name: str) -> ElementType | None:
     """Our element for a foreign element type; None unless it is a solid.
 
     >>> solid_type("C3D20RH")
-    ElementType(kind='hex20r', same=False, one_point=False)
-    >>> solid_type("DC3D8").kind, solid_type("S8R")
-    ('hex8', None)
+    ElementType(kind='hex20r', same=False)
+    >>> solid_type("DC3D8").kind, solid_type("C3D8IH").kind, solid_type("S8R")
+    ('hex8', 'hex8i', None)
     """
     match = re.fullmatch(r"D?(C3D\d+)([A-Z]*)", name)
     if name in ELEMENT_TYPES or match is None:
         return ELEMENT_TYPES.get(name)
-    reduced = f"{match[1]}R" if "R" in match[2] else match[1]
-    like = ELEMENT_TYPES.get(reduced, ELEMENT_TYPES.get(match[1]))
+    own = next((letter for letter in "RI" if letter in match[2]), "")
+    like = ELEMENT_TYPES.get(match[1] + own, ELEMENT_TYPES.get(match[1]))
     return None if like is None else replace(like, same=False)
 
 
@@ -197,10 +200,23 @@ def _included(words: str, folder: Path, where: Place) -> Path:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A motion of places: ``turn @ x + shift``."""
+
+    turn: Array
+    shift: Array
+
+    def place(self, x: Array) -> Array:
+        """Where a place (3,) goes."""
+        return np.asarray(self.turn @ x + self.shift)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Block:
     """A keyword without blanks, its parameters in capitals, and its data lines as words.
 
-    ``continued`` holds the indices of the rows that end with a comma: an element goes on in the next one.
+    ``continued`` holds the indices of the rows that end with a comma: an element goes on in the next one;
+    ``placement`` is that of the instance of which the block is.
     """
 
     keyword: str
@@ -210,6 +226,7 @@ class Block:
     rows: list[list[str]] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     continued: set[int] = field(default_factory=set)
+    placement: Placement | None = None
 
     def joined(self) -> Iterator[tuple[int, list[str]]]:
         """Line and words of each entry, continued rows joined."""

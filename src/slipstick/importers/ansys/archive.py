@@ -56,7 +56,7 @@ class ElementType:
     """An element type by its number.
 
     ``solid``; ``quadratic`` ones may lack middle nodes; ``option`` is the KEYOPT that changes their integration: values
-    for which it is as here (``same``; with ``reduced`` as of our hex20r), for which it has one point. Of the others:
+    for which it is as here (``same``; with ``reduced`` as of our hex20r or hex8r). Of the others:
     ``ignored`` ones add nothing, ``point`` ones are masses and springs.
     """
 
@@ -66,7 +66,6 @@ class ElementType:
     option: int = 0
     same: tuple[int, ...] = ()
     reduced: tuple[int, ...] = ()
-    one_point: tuple[int, ...] = ()
     ignored: bool = False
     point: bool = False
 
@@ -80,7 +79,7 @@ ELEMENT_TYPES: dict[int, ElementType] = {
     **_named("SOLID", 64, 65, 73, 285, solid=True),
     **_named("SOLID", 92, 187, solid=True, same=(0,)),
     **_named("SOLID", 95, solid=True, quadratic=True, option=11, reduced=(1,)),
-    **_named("SOLID", 185, solid=True, option=2, one_point=(1,)),
+    **_named("SOLID", 185, solid=True, option=2, reduced=(1,)),
     **_named("SOLID", 186, solid=True, quadratic=True, option=2, same=(0, 1), reduced=(0,)),  # 14 points: as our 27
     **_named("SOLSH", 190, solid=True),
     **_named("MASS", 21, point=True),
@@ -261,10 +260,10 @@ def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
             continue
         known, option = _known(kind), solid[of]
         name, nodes = _shape(whole_row([int(node) for node in row[_HEAD:]], known.quadratic), number, path)
-        name = "hex20r" if name == "hex20" and option in known.reduced else name
+        name = f"{name}r" if name in ("hex8", "hex20") and option in known.reduced else name
         full = known.name + (f" with KEYOPT({known.option}) = {option}" if option else "")
         foreign = "" if option in known.same and name != "pyramid13" else full
-        deck.element(name, number, nodes, where, foreign, one_point=option in known.one_point)
+        deck.element(name, number, nodes, where, foreign)
         deck.element_sets.setdefault(f"material {material}", []).append(number)
     if not deck.elements:
         solids = sorted(number for number, known in ELEMENT_TYPES.items() if known.solid)
