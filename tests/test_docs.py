@@ -36,7 +36,6 @@ NOT_RUN = {
     ". rubs": "enters an environment",
     "case.toml ──>": "a drawing",
     "analysis/curve/response.py  ": "a drawing",
-    "Test rig 7;": "a file of a test rig",
     "{eval-rst}": "what the site makes from docstrings",
 }
 """Blocks and lines that are not run, by how they begin, and why."""

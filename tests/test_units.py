@@ -116,7 +116,7 @@ def test_a_case_is_shown_in_its_units(tmp_path: Path) -> None:
     said = slipstick("check", path).output
     assert "range: 5.65487 rad/s (0.9 Hz) to 6.28319 rad/s (1 Hz)" in said
     assert "kt 100 N/mm, mu 0.3, normal_load 800 N, rubbing at 10 mm/s" in said
-    assert "largest amplitude of x 38.96 mm near 6.28319 rad/s (1 Hz)" in said
+    assert "largest amplitude of x 38.96 mm at 6.28319 rad/s (1 Hz), an end of the range" in said
     done = slipstick("run", path, "-o", tmp_path / "out", "--no-figures")
     assert done.exit_code == 0, done.output
     branch = ss.load(tmp_path / "out" / "results.nc")

@@ -380,7 +380,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "problem": STEADY, "measured": MEASURED, "parameters": {"damper.kt": 90.0},
             "bounds": {"damper.kt": (50.0, 200.0)}, "noise": 0.1, "relative_noise": 0.01, "starts": 1,
-            "seed": 0, "columns": None, "listeners": (),
+            "seed": 0, "columns": None, "quantity": "displacement", "listeners": (),
         },
     ),
     "optimal": (

@@ -558,7 +558,7 @@ def test_an_example_that_cannot_be_written_leaves_no_part_of_it(tmp_path: Path, 
 
 
 @pytest.mark.parametrize(
-    "example, verb", [("oscillator", "run"), ("brake_squeal", "cycles"), ("worn_shroud", "wear")]
+    "example, verb", [("oscillator", "run"), ("brake_squeal", "limit-cycles"), ("worn_shroud", "wear")]
 )  # fmt: skip
 def test_what_comes_next_is_the_verb_that_an_example_is_for(example: str, verb: str, tmp_path: Path) -> None:
     assert f"next: slipstick {verb} {tmp_path / example}.toml" in told(slipstick("init", example, tmp_path))

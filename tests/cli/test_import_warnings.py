@@ -126,12 +126,12 @@ def test_solids_of_higher_order_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> None:
-    mesh = write_mesh(tmp_path, "*CONTACT PAIR, INTERACTION=I\nS1, S2\n")
+    mesh = write_mesh(tmp_path, "*CONTACT PAIR, INTERACTION=I, TIED\nS1, S2\n")
     options = ImportOptions(material=STEEL, fixed=["ROOT"])
     with pytest.raises(InputError) as caught:
         read_model(mesh, options)
     (said,) = caught.value.sentences
-    assert "*CONTACT PAIR holds surfaces in contact" in said
+    assert "*CONTACT PAIR glues surfaces together (TIED)" in said
     (tmp_path / "case.toml").write_text(CASE.format(file="cube.inp", more=MESH, tip=tip()))
     for arguments in (
         ["import", mesh, "-o", tmp_path / "m.h5", "--young", "2e11", "--poisson", "0.3", "--density", "7800"],

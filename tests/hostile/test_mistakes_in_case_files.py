@@ -250,7 +250,7 @@ VERBS: list[Row] = [
     ("a peak beyond its range", *also(TRACK + "at = [0.9]\n"), "track.at", ("0.9 lies outside of the range 0.1 to 0.5",)),
     ("one frequency for a peak", *also(TRACK + "omega = 6.0\n"), "track.omega", ("found 6.0; expected two frequencies",)),
     ("a peak beside a parameter curve", *also(SWEPT + TRACK), "track.omega", ("give the range of frequencies of the peak",)),
-    ("an optimum with a range", *also('[optimal]\nparameter = "damper.mu"\nfrom = 0.1\n'), "optimal.from", ("keys not used yet: start",)),
+    ("an optimum with a range", *also('[optimal]\nparameter = "damper.mu"\nfrom = 0.1\n'), "optimal.from", ("keys not used yet: omega, dof, start",)),
     ("a mode of periodic rubbing", *also("[modes]\nfrom = 0.1\nto = 1.0\n"), "modes", ("cannot be computed of this case", "'damper': its opposing surface moves periodically")),
     ("a mode that is not there", ', cos = { "1" = 0.5 } }\n[response]\n' + RANGE, " }\n[response]\n" + RANGE + "[modes]\nfrom = 0.1\nto = 1.0\nmode = 9\n", "modes.mode", ("found 9; expected a mode of the structure, from 1 to 2",)),
     ("a negative amplitude of a mode", ', cos = { "1" = 0.5 } }\n[response]\n' + RANGE, " }\n[response]\n" + RANGE + "[modes]\nfrom = -0.1\nto = 1.0\n", "modes.from", ("found -0.1; expected a number > 0",)),

@@ -25,7 +25,7 @@ def ended() -> TrackedPeak:
     contact = ss.FrictionContact(kt=190.0, mu=0.355, normal_load=300.0)
     pair = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=ss.RubbingMotion(velocity=4.0))
     problem = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=100.0), harmonics=range(8))
-    return tracked_peak(problem, "damper.normal_load", (300.0, 250.0), (2.0, 4.0), None, (), None)
+    return tracked_peak(problem, "damper.normal_load", (300.0, 250.0), (2.0, 4.0), (), None, None)
 
 
 def heated() -> TrackedPeak:
@@ -33,13 +33,13 @@ def heated() -> TrackedPeak:
     curve = ss.FrictionCurve(temperature=[25, 2000], mu=[0.3, 0.2])
     thermal = ss.ThermalModel(curve=curve, background=25.0, resistance=0.01)
     problem = one_mass(damper(normal_load=400.0), thermal=thermal)
-    return tracked_peak(problem, "damper.normal_load", (400.0, 500.0), (8.0, 12.0), None, (), None)
+    return tracked_peak(problem, "damper.normal_load", (400.0, 500.0), (8.0, 12.0), (), None, None)
 
 
 def of(
     velocity: float, parameter: str, span: tuple[float, float], omega: tuple[float, float], *at: float
 ) -> TrackedPeak:
-    return tracked_peak(oscillator(velocity=velocity), parameter, span, omega, None, at, None)
+    return tracked_peak(oscillator(velocity=velocity), parameter, span, omega, at, None, None)
 
 
 REQUESTS: dict[str, Callable[[], TrackedPeak]] = {

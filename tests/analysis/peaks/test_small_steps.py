@@ -95,7 +95,7 @@ def jumps(problem: ss.Problem, name: str, low: PeakPoint, high: PeakPoint) -> bo
 def gone_over(seed: int) -> list[str]:
     """Steps of one part of a branch that small steps do not lead along."""
     problem, name, span = request(seed)
-    run = tracked_peak(problem, name, span, (1.5, 22.0), "x", (), None).run()
+    run = tracked_peak(problem, name, span, (1.5, 22.0), (), "x", None).run()
     first, system = run.request.first(run.system), run.system
     assert first is not None
     found, looked_at = [], 0

@@ -64,8 +64,8 @@ def test_pairs_are_kept_with_their_friction_and_told(tmp_path):
         "POINTS/FRONT": SurfacePair(dependent="POINTS", independent="FRONT", interaction="SMOOTH"),
     }
     assert model.warnings == (
-        "m.inp, line 36 and 1 more: *CONTACT PAIR is kept as model.contact_pairs: nothing joins its surfaces until the "
-        "case puts contacts there",
+        "m.inp, line 36 and 1 more: *CONTACT PAIR is kept as model.contact_pairs: nothing joins its surfaces until "
+        "contacts are put there ([[joint]] of a case, ss.surface_pair)",
     )
     for pair in model.contact_pairs.values():
         assert {pair.dependent, pair.independent} <= {*model.mesh.all_sets}

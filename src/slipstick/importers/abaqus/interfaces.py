@@ -12,7 +12,10 @@ from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
-_APART = "is kept as model.contact_pairs: nothing joins its surfaces until the case puts contacts there"
+_APART = (
+    "is kept as model.contact_pairs: nothing joins its surfaces until contacts are put there ([[joint]] of a case, "
+    "ss.surface_pair)"
+)
 _WHOLE = "is kept as model.pretension_sections: the bolt is whole there, its load and shortening have no effect"
 _OTHERWISE = "depends on more than two surfaces; the coefficient of its first line is kept"
 
