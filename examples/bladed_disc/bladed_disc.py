@@ -91,9 +91,9 @@ if __name__ == "__main__":
     found = compute()
     for name, branch in found.items():
         blades = branch.on_disc("tip")
-        point, blade = np.unravel_index(int(blades.values.argmax()), blades.shape)
-        where = "any blade" if name == "tuned" else f"blade {blade}"
-        size, omega = 1e3 * float(blades[point, blade]), float(blades.omega[point])
+        point, largest = np.unravel_index(int(blades.values.argmax()), blades.shape)
+        where = "any blade" if name == "tuned" else f"blade {largest}"
+        size, omega = 1e3 * float(blades[point, largest]), float(blades.omega[point])
         print(f"{name}: {len(branch)} points, largest amplitude {size:.6g} mm of {where} at {omega:.5g} rad/s")
     print(f"amplification by mistuning, the ratio of both: {amplification(found):.4f}")
     draw(found, folder)
