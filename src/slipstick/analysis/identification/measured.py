@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _EXPECTED = (
     "an xarray.Dataset with omega and displacement(omega, dof, coefficient) or amplitude(omega, dof), displacement "
     "and force over the tau of loops, peak_omega and peak_amplitude, modal_amplitude, omega and modal_damping, "
-    "displacement(time, dof) or receptance(omega, output, input); or a .nc, .csv, .mat, .unv or .uff file"
+    "displacement(time, dof) or receptance; or a file (.nc, .csv, .mat, .unv, .uff)"
 )
 
 
