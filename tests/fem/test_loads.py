@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.meshes import nodal_normals
 
 from slipstick.fem.box import box
+from slipstick.fem.geometry import nodal_normals
 from slipstick.fem.loads import area, area_weights, film_matrix, pressure_load
 
 

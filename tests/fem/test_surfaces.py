@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
-from helpers.meshes import nodal_normals
 
 from slipstick.fem import contact_points
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
 from slipstick.fem.contact_points import contact_patches, spread_nodes
 from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.geometry import nodal_normals
 from slipstick.fem.loads import (
     area,
     area_weights,

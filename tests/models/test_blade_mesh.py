@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
-from helpers.meshes import nodal_normals, quality
+from helpers.meshes import quality
 from scipy.integrate import quad
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary, face_counts
 from slipstick.fem.contact_points import contact_patches, spread_nodes
-from slipstick.fem.geometry import volume
+from slipstick.fem.geometry import nodal_normals, volume
 from slipstick.fem.loads import area, pressure_load
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model

@@ -108,6 +108,15 @@ def face_geometry(
             yield faces, values, size * points.weights, normal / size[..., None]
 
 
+def nodal_normals(mesh: Mesh, surface: Surface) -> Array:
+    """Outward unit normals (n_nodes, 3), averaged over the faces at each node by area; zero off the surface."""
+    normals = np.zeros((mesh.n_nodes, 3))
+    for faces, values, weights, unit in face_geometry(mesh, surface):
+        np.add.at(normals, faces, np.einsum("mq,mqa,qn->mna", weights, unit, values**2))
+    size = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.where(size > 0.0, size, 1.0)
+
+
 def volume(mesh: Mesh) -> float:
     """Volume of the mesh."""
     total = 0.0

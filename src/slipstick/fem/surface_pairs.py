@@ -22,7 +22,7 @@ from scipy.sparse import csc_array, csr_array
 
 from slipstick.fem.contact_points import ContactPoints, WeightedPoints, nearest_centres, spread
 from slipstick.fem.elements import FACES, Rule, gauss, triangle
-from slipstick.fem.geometry import face_geometry
+from slipstick.fem.geometry import nodal_normals
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import face_size, project
@@ -410,7 +410,7 @@ def facing_nodes(mesh: Mesh, first: Surface, second: Surface, within: float) -> 
     normals, apart = -feet.normals, feet.places - mesh.nodes[nodes]
     gaps = np.einsum("pa,pa->p", apart, normals)
     beside = np.linalg.norm(apart - gaps[:, None] * normals, axis=1)
-    own, size = _nodal_normals(mesh, first)[nodes], face_size(mesh, second)
+    own, size = nodal_normals(mesh, first)[nodes], face_size(mesh, second)
     kept = (np.abs(gaps) <= within) & (beside <= _BESIDE * size) & (np.einsum("pa,pa->p", own, normals) > OPPOSED)
     if not kept.any():
         return None
@@ -425,15 +425,6 @@ def facing_nodes(mesh: Mesh, first: Surface, second: Surface, within: float) -> 
         gaps=gaps[kept],
         covered=(float(areas.sum()), float(areas.sum())),
     )
-
-
-def _nodal_normals(mesh: Mesh, surface: Surface) -> Array:
-    """Outward unit normals (n_nodes, 3), averaged over the faces at each node by area; zero off the surface."""
-    normals = np.zeros((mesh.n_nodes, 3))
-    for faces, values, weights, unit in face_geometry(mesh, surface):
-        np.add.at(normals, faces, np.einsum("mq,mqa,qn->mna", weights, unit, values**2))
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals / np.where(size > 0.0, size, 1.0)
 
 
 def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tuple[Facing, float, float]:
