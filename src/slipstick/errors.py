@@ -207,6 +207,15 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {words}" if words else type(error).__name__
 
 
+def first_line(error: Exception) -> str:
+    """The first line of what an exception of a library says, or its kind where it says nothing.
+
+    >>> first_line(ValueError("no header\\nin the file")), first_line(EOFError())
+    ('no header', 'EOFError')
+    """
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
+
+
 class SlipstickWarning(UserWarning):
     """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each."""
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, first_line
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -60,8 +60,7 @@ def matlab_arrays(file: Path) -> dict[str, AnyArray]:
             if len(arrays) > _MOST_ARRAYS:
                 raise ValueError(f"it holds more than {_MOST_ARRAYS} arrays: keep those that are needed")
     except Exception as error:  # whatever a file that is none leads to
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(Fault(str(file), "cannot be read as a MATLAB file", remedy=said)) from None
+        raise InputError(Fault(str(file), "cannot be read as a MATLAB file", remedy=first_line(error))) from None
     if not arrays:
         expected = "vectors such as frequencies and displacements"
         raise InputError(Fault(str(file), "holds no arrays of numbers", expected=expected))

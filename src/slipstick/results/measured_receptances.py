@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, first_line
 from slipstick.faults import enumerated, numbers, path, shown, suggestion, table, text, wrong
 from slipstick.results.measured_columns import in_units, length_and_force, of_gravity, quantity_fault, read_columns
-from slipstick.results.response_functions import DIRECTIONS, NAMED
+from slipstick.results.response_functions import DIRECTIONS, FRF, NAMED
 from slipstick.results.table import foreign_dataset, is_dataset
 from slipstick.structure.measured import Receptances
 from slipstick.typing import Array, ComplexArray
@@ -30,8 +30,6 @@ _EXPECTED = (
 UNIVERSAL = (".unv", ".uff", ".bunv")
 _TABLES = (".csv", ".mat")
 _OWN_NAMES = re.compile(rf"{NAMED}(.+)/(.+)")
-_FRF = 4
-"""A frequency response function, in data set 58."""
 
 
 class Function(NamedTuple):
@@ -190,7 +188,7 @@ def _arrays(file: Path) -> Any:
         with np.load(file, allow_pickle=False) as held:
             arrays: Mapping[str, Any] = dict(held)
     except (OSError, ValueError) as error:
-        raise InputError(Fault(str(file), "cannot be read", remedy=_first(error))) from None
+        raise InputError(Fault(str(file), "cannot be read", remedy=first_line(error))) from None
     name = next((name for name in _NAMES if name in arrays), None)
     over = "omega" if "omega" in arrays else "frequency"
     missing = [n for n, there in (("receptance", name), (over, over in arrays)) if not there]
@@ -282,9 +280,9 @@ def _universal(file: Path, quantity: str | None) -> Iterator[Function]:
         universal = pyuff.UFF(str(file))
         sets = [universal.read_sets(int(k)) for k in np.flatnonzero(np.asarray(universal.get_set_types()) == 58)]
     except Exception as error:  # whatever a file that is none leads to
-        raise InputError(Fault(str(file), "cannot be read as a universal file", remedy=_first(error))) from None
+        raise InputError(Fault(str(file), "cannot be read as a universal file", remedy=first_line(error))) from None
     for k, held in enumerate(sets, 1):
-        if int(held.get("func_type", 0)) != _FRF:
+        if int(held.get("func_type", 0)) != FRF:
             continue
         sign, names = 1.0, []
         for node, direction in (("rsp_node", "rsp_dir"), ("ref_node", "ref_dir")):
@@ -310,8 +308,3 @@ def _unit(held: Mapping[str, Any]) -> str:
     labels = [str(held.get(f"{part}_axis_units_lab", "")).strip() for part in ("ordinate", "orddenom")]
     over, under = ("" if label.upper() in ("NONE", "") else label for label in labels)
     return over if "/" in over and under and over.endswith(f"/{under}") else f"{over}/{under}" if over and under else ""
-
-
-def _first(error: Exception) -> str:
-    """The first line of what an exception says."""
-    return str(error).splitlines()[0] if str(error) else type(error).__name__

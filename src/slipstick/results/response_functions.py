@@ -27,8 +27,12 @@ NAMED = "slipstick: "
 """Begins the line of a data set that has the names of both dofs."""
 DIRECTIONS = {1: "x", 2: "y", 3: "z", 4: "rx", 5: "ry", 6: "rz"}
 """Directions of a node, by their numbers in universal files."""
+FRF = 4
+"""A frequency response function, among the functions of a data set 58."""
+OTHER_FILES = "write a .csv, .mat or .xlsx file"
+"""What to do where results are no response functions."""
 _NODE = re.compile(r"n(\d{1,9})(r?[xyz])")
-_FREQUENCY, _DISPLACEMENT, _FORCE, _FRF, _COMPLEX = 18, 8, 13, 4, 6
+_FREQUENCY, _DISPLACEMENT, _FORCE, _COMPLEX = 18, 8, 13, 6
 _LINE, _LABEL, _WIDTH = 80, 20, 13
 _ANALYSES = ("response", "linear", "steady")
 
@@ -64,11 +68,10 @@ def write_functions(solutions: Solutions, target: Path) -> None:
     data = solutions.table
     if solutions.followed != "omega" or analysis_of(data) not in _ANALYSES:
         found = f"results of the analysis {analysis_of(data)!r}, over {solutions.followed}"
-        remedy = "write a .csv, .mat or .xlsx file"
-        raise InputError(Fault("table", found=found, expected="a frequency response", remedy=remedy))
+        raise InputError(Fault("table", found=found, expected="a frequency response", remedy=OTHER_FILES))
     if solutions.problem is None:
         said = f"the forces are not known: {solutions.without}"
-        raise InputError(Fault("table", said, remedy="write a .csv, .mat or .xlsx file"))
+        raise InputError(Fault("table", said, remedy=OTHER_FILES))
     with_force = single_force(solutions.problem)
     units = Units.of_results(data.attrs)
     labels = names_of(data, "coefficient")
@@ -88,7 +91,7 @@ def _seconds(units: Units) -> float:
     name = "s" if units.time == "time" else units.time
     if name not in SIZES["time"]:
         said = f"frequencies in Hz are not known: the unit of time is {units.time!r}"
-        raise InputError(Fault("table", said, remedy="write a .csv, .mat or .xlsx file"))
+        raise InputError(Fault("table", said, remedy=OTHER_FILES))
     return SIZES["time"][name]
 
 
@@ -106,7 +109,7 @@ def _data_set(
     yield from (line[:_LINE].ljust(_LINE) for line in (
         f"displacement of {dof} by a force on {force}", names if plain else "NONE", "NONE", "NONE", "NONE",
     ))  # fmt: skip
-    yield (f"{_FRF:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{node:10d}{direction:4d} "
+    yield (f"{FRF:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{node:10d}{direction:4d} "
            f"{'NONE':<10}{reference:10d}{along:4d}")  # fmt: skip
     yield f"{_COMPLEX:10d}{hertz.size:10d}{0:10d}{0.0:13.5e}{0.0:13.5e}{0.0:13.5e}"
     yield _axis(_FREQUENCY, "Frequency", "Hz")

@@ -24,7 +24,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
 from slipstick.replacing import replacing
-from slipstick.results.response_functions import write_functions
+from slipstick.results.response_functions import OTHER_FILES, write_functions
 from slipstick.results.schema import LARGEST
 from slipstick.results.view import names_of, unit_of
 from slipstick.units import MIXED, unit_of_dof
@@ -76,8 +76,7 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     ending = target.suffix.lower()
     if is_universal(target):
         found, expected = f"{target}, of universal files", "the results of a frequency response"
-        remedy = "write a .csv, .mat or .xlsx file"
-        raise InputError(Fault("table", found=found, expected=expected, remedy=remedy))
+        raise InputError(Fault("table", found=found, expected=expected, remedy=OTHER_FILES))
     made, tables = made or {}, tables_of(data)
     if table is not None:
         table = text("table", table)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault, InputError, first_line
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -106,4 +106,4 @@ def foreign_dataset(file: Path) -> xarray.Dataset:
         with xarray.open_dataset(file, engine="h5netcdf") as data:
             return data.load()
     except (OSError, ValueError) as error:
-        raise InputError(Fault(str(file), "cannot be read as netCDF-4", remedy=str(error).splitlines()[0])) from None
+        raise InputError(Fault(str(file), "cannot be read as netCDF-4", remedy=first_line(error))) from None
