@@ -49,6 +49,7 @@ MIXED = " or rad"
 
 _SECONDS = tuple(name for name, size in SIZES["time"].items() if size == 1.0)
 _ROTATION = re.compile(r"n\d+r[xyz](?:@.*)?")
+_MODAL_COORDINATE = re.compile(r"mode \d+")
 _WORD = re.compile(r"\b(?:length|force|time|temperature)\b")
 _COMPOUND = re.compile(r"[\s/*·^]")
 
@@ -196,6 +197,20 @@ def is_rotation(dof: str) -> bool:
     (True, True, False, False)
     """
     return _ROTATION.fullmatch(dof) is not None
+
+
+def modal_coordinate(number: int) -> str:
+    """Name of the coordinate of a mode beside dofs that are kept; see ``is_modal_coordinate``."""
+    return f"mode {number}"
+
+
+def is_modal_coordinate(dof: str) -> bool:
+    """Whether a dof is the coordinate of a mode, which is no motion of a place, by the name that reductions give.
+
+    >>> is_modal_coordinate("mode 3"), is_modal_coordinate("mode"), is_modal_coordinate("n3x")
+    (True, False, False)
+    """
+    return _MODAL_COORDINATE.fullmatch(dof) is not None
 
 
 def compared(dofs: Sequence[str]) -> list[int]:

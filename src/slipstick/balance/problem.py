@@ -43,7 +43,7 @@ from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.protocol import Structure
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Matrix, Orders, Real
-from slipstick.units import Units
+from slipstick.units import Units, is_modal_coordinate
 
 MOST_OUTPUTS = 100
 """Default number of outputs of a structure with more dofs."""
@@ -69,7 +69,7 @@ class Problem:
         for ``0..10``, will do.
     outputs
         Names of the dofs in the results; by default all of at most 100, else the first 100 with
-        those that are loaded or in contact.
+        those that are loaded or in contact; coordinates of modes ("mode 1") only where they are named.
     period_ratio
         ``T_p / T_u = j1 / j2``, period of the excitation over that of the rubbing motion. Harmonics of loads and of
         rubbing motions count their own frequency; ``omega`` is always the principal one.
@@ -158,10 +158,14 @@ class Problem:
             warn(new)
 
     def _default_outputs(self) -> list[str]:
-        """The first dofs, and those beyond them that are loaded or in contact, in the order of the structure."""
+        """The first dofs, and those beyond them that are loaded or in contact, in the order of the structure.
+
+        Coordinates of modes are left out where there are other dofs: they are no motion of a place.
+        """
         wanted = {load.dof for load in self.loads}
         wanted |= {dof for pair in self.contacts for dof in pair.dofs}
-        return [dof for i, dof in enumerate(self.structure.dofs) if i < MOST_OUTPUTS or dof in wanted]
+        places = [dof for dof in self.structure.dofs if not is_modal_coordinate(dof)] or self.structure.dofs
+        return [dof for i, dof in enumerate(places) if i < MOST_OUTPUTS or dof in wanted]
 
     @property
     def batches(self) -> tuple[Batch, ...]:

@@ -83,3 +83,11 @@ def test_faults() -> None:
         craig_bampton(full, ["n2x"], modes=44)
     with pytest.raises(InputError, match="each once"):
         craig_bampton(full, ["n2x", "n2x"], modes=1)
+
+
+def test_coordinates_of_modes_are_outputs_only_where_they_are_named() -> None:
+    small = craig_bampton(rotor(speed=400.0), KEPT, modes=2)
+    assert small.dofs[: len(KEPT) + 2] == (*KEPT, "mode 1", "mode 2")
+    load = ss.Load(dof=KEPT[0], cos=1.0)
+    assert list(ss.Problem(small, loads=load, harmonics=[0, 1]).outputs) == list(KEPT)
+    assert list(ss.Problem(small, loads=load, harmonics=[0, 1], outputs=["mode 2"]).outputs) == ["mode 2"]

@@ -12,6 +12,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names, one, suggestion, whole
 from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
 from slipstick.typing import Array, Matrix
+from slipstick.units import modal_coordinate
 
 
 def craig_bampton(structure: MatrixStructure, keep: Iterable[str], *, modes: int) -> MatrixStructure:
@@ -73,7 +74,7 @@ def craig_bampton(structure: MatrixStructure, keep: Iterable[str], *, modes: int
             small[name] = 0.5 * (small[name] + sign * small[name].T)
     loads = {name: T.T @ load for name, load in arguments["load_shapes"].items()}
     rest = {name: arguments[name] for name in ("loss_factor", "damping", "speed", "engine_order") if name in arguments}
-    own = [*kept, *(f"mode {k + 1}" for k in range(T.shape[1] - len(kept)))]
+    own = [*kept, *(modal_coordinate(k + 1) for k in range(T.shape[1] - len(kept)))]
     return MatrixStructure(**small, **rest, dofs=own, load_shapes=loads)
 
 
