@@ -95,6 +95,33 @@ def add_products(
 
 
 @compiled(allocates=True, nogil=True)
+def add_force_changes(
+    tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, x: Array, out: Array
+) -> None:
+    """Add changes of the forces (n_ports, L) by changes ``x`` of the motion; see ``add_products``."""
+    for t in range(members.size):
+        T, moved, force = tangent[members[t]], x[moving[t]], out[felt[t]]
+        for i in range(force.size):
+            total = 0.0
+            for j in range(force.size):
+                total += T[i, j] * moved[j]
+            force[i] += total
+
+
+@compiled(allocates=True, nogil=True)
+def add_answer(value: ComplexArray, forces: Array, out: Array) -> None:
+    """Add ``A F`` of forces (n_ports, L) on the ports to ``out`` (n_ports, L)."""
+    rows, n = value.shape[1], value.shape[2] - 1
+    for c in range(len(forces)):
+        for p in range(rows):
+            out[p, 0] += value[c, p, 0].real * forces[c, 0]
+            for m in range(1, n + 1):
+                z = value[c, p, m] * complex(forces[c, 2 * m - 1], forces[c, 2 * m])
+                out[p, 2 * m - 1] += z.real
+                out[p, 2 * m] += z.imag
+
+
+@compiled(allocates=True, nogil=True)
 def times_of_many(value: ComplexArray, G: ComplexArray, out: Array) -> None:
     """``compliance_times`` of each, into ``out`` (k, n_rows, L)."""
     for i in range(len(value)):
