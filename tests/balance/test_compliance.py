@@ -5,7 +5,7 @@ import pytest
 from helpers.problems import random_problem
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.compliance import Compliance, lossless
+from slipstick.balance.compliance import Compliance, driving, lossless
 
 BALANCE = Balance(random_problem(0))
 ORDERS = BALANCE.orders
@@ -46,12 +46,29 @@ def test_answer_and_reach_are_sums_over_columns():
     ):
         expected = BALANCE.layout.real(np.einsum("crn,cn->rn", of[: len(given)], given))
         np.testing.assert_allclose(own(given), expected, atol=1e-14)
-    answer, rate = found.answer_with_rate(G, G[:2] + 1.0)
-    np.testing.assert_array_equal(answer, found.answer(G))
-    np.testing.assert_array_equal(rate, found.rate(G) + found.answer(G[:2] + 1.0))
-    np.testing.assert_array_equal(found.answer_with_rate(G)[1], found.rate(G))
     sizes = rng.uniform(size=columns)
     np.testing.assert_allclose(found.bound(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)
+
+
+def test_the_residual_with_its_slope_is_that_of_the_sums() -> None:
+    """``X + conj(A) (F - P - springs)``; the slope is that of the compliance plus that of the forces."""
+    found, rng, none = at(6.0), np.random.default_rng(4), np.empty(0)
+    columns, ports, n = found.value.shape
+    L = 2 * n - 1
+    x, on_ports, P = rng.normal(size=(ports, L)), rng.normal(size=(2, ports, L)), rng.normal(size=(columns - ports, L))
+    for springs, support in ((none, none), (rng.uniform(size=ports), none), (none, rng.uniform(size=ports))):
+        G = BALANCE.layout.excitation([], P)  # the loads alone
+        for p, row in enumerate(on_ports[0]):
+            G[p, 0], G[p, 1:] = row[0], row[1::2] + 1j * row[2::2]
+        if springs.size:
+            G[:ports, 1:] += 1j * springs[:, None] * (x[:, 1::2] + 1j * x[:, 2::2])
+        if support.size:
+            G[:ports, 0] -= support * x[:, 0]
+        np.testing.assert_allclose(driving(x, on_ports[0], P, springs, support), G, atol=1e-14)
+        residual, slope = found.residual_with_slope(x, on_ports, P, springs, support)
+        np.testing.assert_allclose(residual, x.ravel() + found.answer(G), atol=1e-13)
+        pushed = driving(x, on_ports[1], P[:0], none, none)
+        np.testing.assert_allclose(slope, found.rate(G) + found.answer(pushed), atol=1e-13)
 
 
 def test_the_anchored_form_has_the_same_solutions():

@@ -10,7 +10,7 @@ from slipstick.balance import contact_jacobian
 from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import FactoredCompliance
 from slipstick.balance.contact_jacobian import ContactJacobian
-from slipstick.balance.evaluation import balanced, detail
+from slipstick.balance.evaluation import Balanced, detail
 from slipstick.solve.linear.jacobian import Jacobian
 
 OMEGA = 7.3
@@ -86,7 +86,7 @@ def jacobians(pairs, thermal=None, **options):
     balance = Balance(problem)
     x = np.random.default_rng(2).standard_normal(balance.size) * 0.1
     found = detail(balance, x, OMEGA, problem.inputs)
-    dense = balanced(balance, x, found, balance.compliance(OMEGA)).jacobian
+    dense = Balanced(balance, x, found, balance.compliance(OMEGA)).jacobian
     compliance = FactoredCompliance(balance.receptance.factors(balance.orders, OMEGA))
     return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance, found.states)
 
@@ -181,7 +181,7 @@ def at(x, pairs, omega=OMEGA):
     )  # fmt: skip
     balance = Balance(problem)
     found = detail(balance, np.resize(x, balance.size), omega, problem.inputs)
-    dense = balanced(balance, np.resize(x, balance.size), found, balance.compliance(omega)).jacobian
+    dense = Balanced(balance, np.resize(x, balance.size), found, balance.compliance(omega)).jacobian
     compliance = FactoredCompliance(balance.receptance.factors(balance.orders, omega))
     return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance)
 

@@ -27,6 +27,6 @@ def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents(sprung, monk
             part = np.einsum("cij,cj->ci", tangent, moved[j])
             forces[i] = forces.get(i, 0.0) + part
         G = BALANCE.layout.excitation([forces])
-        BALANCE.anchoring(dx, G)
+        BALANCE.anchor(dx, G)
         answer = compliance.answer(G)
         np.testing.assert_allclose(found @ dx, dx + answer, atol=1e-12)

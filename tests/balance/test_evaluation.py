@@ -6,7 +6,7 @@ from helpers.problems import random_problem
 
 import slipstick as ss
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import FrequencySystem, Together, evaluated_together, respond
+from slipstick.balance.evaluation import FrequencySystem, Together, detail, evaluated_together, respond
 from slipstick.balance.inputs import Assigned
 from slipstick.balance.parameters import parameter_path
 from slipstick.solve.norm import norm
@@ -39,6 +39,52 @@ def test_forces_and_residuals_are_those_of_each_alone(seed):
             for a, b in zip(all_states.force, other.force, strict=True):
                 assert a[own] == pytest.approx(b, rel=1e-12, abs=1e-12 * np.abs(b).max())
             assert all_states.detail.stick_fraction[own] == pytest.approx(other.detail.stick_fraction, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_on_the_ports_are_those_of_the_laws(seed: int) -> None:
+    """Element by element, and their slopes by central differences at fixed motion."""
+    problem, balance, (x, *_), (omega, *_) = states(seed)
+    found, step = detail(balance, x, omega, problem.inputs), 1e-6
+
+    def expected(at: float) -> np.ndarray:
+        out = np.zeros((balance.n_ports, balance.L))
+        for k, inputs in enumerate(problem.inputs.batches):
+            batch = balance.batches[k]
+            motion = balance.layout.motion(k, x, at, inputs)
+            for i, force in enumerate(batch.law.respond(motion, inputs.values).force):
+                for row, one in zip(batch.rows[i], force, strict=True):
+                    if row >= 0:
+                        out[row] = one
+        return out
+
+    forces, slopes = found.on_ports
+    assert forces == pytest.approx(expected(omega), rel=1e-13, abs=1e-13 * np.abs(forces).max())
+    difference = (expected(omega + step) - expected(omega - step)) / (2.0 * step)
+    assert slopes == pytest.approx(difference, rel=1e-5, abs=1e-7 * np.abs(forces).max())
+
+
+class Doubled(ss.FrictionContact):
+    """Friction of twice the force: a law of a user's own, made from one with a compiled call."""
+
+    kind = "doubled"
+
+    def respond(self, motion, values):
+        one = super().respond(motion, values)
+        twice = {pair: 2.0 * tangent for pair, tangent in one.by_motion.items()}
+        return one._replace(force=tuple(2.0 * part for part in one.force), by_motion=twice)
+
+
+def test_a_law_made_from_friction_is_asked_for_its_own_forces() -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[30.0]], dofs=["x"])
+    laws = [law(kt=4.0, mu=0.3, kn=2.0, gap=-1.0) for law in (ss.FrictionContact, Doubled)]
+    x, forces = np.array([0.0, 1.0, 0.2]), []
+    for law in laws:
+        pair = ss.ContactPair(name="c", contact=law, tangential="x")
+        problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", cos=1.0)], harmonics=[0, 1])
+        forces.append(detail(Balance(problem), x, 2.0, problem.inputs).on_ports[0])
+    assert forces[1] == pytest.approx(2.0 * forces[0], rel=1e-14)
+    assert np.abs(forces[0]).max() > 0.1
 
 
 @pytest.mark.parametrize("seed", range(3))

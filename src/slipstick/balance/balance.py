@@ -26,6 +26,9 @@ _UNSUPPORTED = 1e12
 """Condition number of harmonic 0 above which the structure is not supported."""
 
 
+_NONE = np.empty(0)
+
+
 class Pulse:
     """Calls ``felt``, where it is set, at every evaluation of a balance."""
 
@@ -153,13 +156,16 @@ class Balance:
             compliance.anchor(self.springs)
         return compliance
 
-    def anchoring(self, x: Array, G: ComplexArray) -> None:
-        """Subtract the force of all springs at unknowns (N,) from the forces on all columns."""
-        self.subtract_support(x, G)
-        self.anchor(x, G)
+    @property
+    def anchors(self) -> tuple[Array, Array]:
+        """``springs`` and ``support_springs``, empty where there are none."""
+        return (
+            _NONE if self.springs is None else self.springs,
+            _NONE if self.support_springs is None else self.support_springs,
+        )
 
     def anchor(self, x: Array, G: ComplexArray) -> None:
-        """Subtract the force of the springs ``i k`` alone."""
+        """Subtract the force of the springs ``i k`` at unknowns (N,) from the forces on all columns."""
         if self.springs is not None:
             X = np.zeros((self.n_ports, 2 * self.orders.size + 2))
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]

@@ -42,13 +42,18 @@ class Compliance:
         """The same of the derivative."""
         return _times(self.slope, G)
 
-    def answer_with_rate(self, G: ComplexArray, slope: ComplexArray | None = None) -> tuple[Array, Array]:
-        """``answer``, and its derivative where ``G`` has one, on the first columns."""
-        n_rows, n = self.value.shape[1:]
-        out = np.empty((2, n_rows, 2 * n - 1))
-        sums().compliance_sums(self._both, G, G[:0] if slope is None else slope, out)
-        answer, rate = out.reshape(2, -1)
-        return answer, rate
+    def residual_with_slope(
+        self, x: Array, on_ports: Array, P: Array, springs: Array, support: Array
+    ) -> tuple[Array, Array]:
+        """``X + A (F - P)`` (N,) and its derivative at fixed motion.
+
+        ``on_ports`` (2, n_ports, L) are the forces ``F`` and their derivatives, ``x`` (n_ports, L); for the others see
+        ``driving``.
+        """
+        out = np.empty(on_ports.shape)
+        sums().residual_with_slope(self._both, x, on_ports, P, springs, support, out)
+        residual, slope = out.reshape(2, -1)
+        return residual, slope
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
@@ -107,6 +112,24 @@ def coefficients(z: ComplexArray) -> Array:
     return np.delete(np.ascontiguousarray(z).view(float), 1, axis=1).ravel()
 
 
+def driving(x: Array, F: Array, P: Array, springs: Array, support: Array) -> ComplexArray:
+    """Forces ``F - P`` less those of springs, on all columns as complex numbers (n_columns, n + 1).
+
+    ``x`` and ``F`` (n_ports, L), ``P`` (n_loads, L). Springs ``i k`` and those that ``support`` harmonic 0 have
+    stiffnesses (n_ports,), or are empty.
+    """
+    ports, L = F.shape
+    pairs = np.zeros((ports + len(P), L + 1))
+    for rows, part in ((pairs[:ports], F), (pairs[ports:], -P)):
+        rows[:, 0], rows[:, 2:] = part[:, 0], part[:, 1:]
+    G = pairs.view(complex)
+    if support.size:
+        G[:ports, 0] -= support * x[:, 0]
+    if springs.size:
+        G[:ports, 1:] += 1j * springs[:, None] * np.ascontiguousarray(x[:, 1:]).view(complex)
+    return G
+
+
 class FactoredCompliance:
     """``conj(A)`` and its derivative as a ``Compliance`` has them, applied by their factors.
 
@@ -146,12 +169,15 @@ class FactoredCompliance:
         explicit = self._sum(delayed, f.slope, f.part_slope) + self._coupled(delayed)
         return explicit + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
 
-    def answer_with_rate(self, G: ComplexArray, slope: ComplexArray | None = None) -> tuple[Array, Array]:
-        """``answer``, and its derivative where ``G`` has one, on the first columns."""
-        rate = self.rate(G)
-        if slope is not None:
-            rate += self.answer(slope)
-        return self.answer(G), rate
+    def residual_with_slope(
+        self, x: Array, on_ports: Array, P: Array, springs: Array, support: Array
+    ) -> tuple[Array, Array]:
+        """``X + A (F - P)`` (N,) and its derivative at fixed motion, see ``Compliance``."""
+        G, none = driving(x, on_ports[0], P, springs, support), np.empty(0)
+        residual, slope = x.reshape(-1) + self.answer(G), self.rate(G)
+        if on_ports[1].any():
+            slope += self.answer(driving(x, on_ports[1], P[:0], none, none))
+        return residual, slope
 
     def _coupled(self, G: ComplexArray) -> Array | float:
         """Contribution of the coupling of the modes to the derivative."""

@@ -9,22 +9,22 @@ which makes ``x = conj(A) f``; harmonic 0 is one more such number with a real, s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import groupby
 from math import inf, isfinite
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from slipstick.balance.balance import Balance
-from slipstick.balance.compliance import FactoredCompliance
+from slipstick.balance.compliance import FactoredCompliance, driving, sums
 from slipstick.balance.inputs import Assigned, ContactInputs, Inputs, Path
 from slipstick.balance.jacobian_backends import AnyCompliance
 from slipstick.balance.layout import Forces, Tangents
+from slipstick.balance.layout import by_omega as batch_by_omega
 from slipstick.balance.states import add_force_changes, answer_to_powers, at_states, power_along, power_rows
 from slipstick.contact.law import Motion, Response, add_to
-from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.state.contact_state import Carried
 from slipstick.state.contact_state import respond as respond_with_states
@@ -32,6 +32,9 @@ from slipstick.structure.receptance import Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
 
+_WRITTEN_UP_TO = 2**12
+"""Entries of a receptance at all orders up to which all of them are written for each motion: as many single motions
+do, and in a third of the time of products with the modes; larger ones cost more memory than they save time."""
 _MODAL_BOUND_FROM = 2**18
 """Entries of a receptance (2 MB) from which its bound is computed by modes, in place of all entries."""
 
@@ -66,6 +69,9 @@ class Detail:
     """Fundamental frequency, rad/s: a float; (n,) of n motions."""
     states: tuple[Carried, ...] = ()
     """Contact states, in the order of the balance."""
+    on_ports: Array = field(default_factory=lambda: np.empty(0))
+    """Forces on all ports, and their derivatives by omega at fixed motion, (2, [n,] n_ports, L); without ``responses``
+    empty."""
     adapted: Adapted | None = None
     """Which harmonics are in use; None: all."""
 
@@ -107,15 +113,29 @@ class Detail:
         return [dict(enumerate(response.force)) for response in self.responses]
 
 
-class Balanced(NamedTuple):
-    """One evaluation: residual (N,), Jacobian, forces on all columns, their origin, derivative of the residual."""
+class Balanced:
+    """One evaluation.
 
-    residual: Array
-    jacobian: Jacobian
-    G: ComplexArray
-    compliance: AnyCompliance
-    detail: Detail
-    slope: Array | None = None
+    Attributes
+    ----------
+    residual, slope
+        Residual (N,), and its derivative at fixed motion and forces that change with omega alone: by what the
+        compliance is differentiated by.
+    jacobian, compliance, detail
+        Jacobian, and what it was made from.
+    """
+
+    def __init__(self, balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance) -> None:
+        self._driving = x.reshape(balance.n_ports, balance.L), solution.on_ports, solution.inputs.P, *balance.anchors
+        self.residual, self.slope = compliance.residual_with_slope(*self._driving)
+        self.jacobian = balance.jacobian(solution.tangents, compliance, solution.fast)
+        self.compliance, self.detail = compliance, solution
+
+    @property
+    def G(self) -> ComplexArray:
+        """Forces on all columns (n_columns, n + 1), see ``driving``."""
+        x, on_ports, *others = self._driving
+        return driving(x, on_ports[0], *others)
 
 
 def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, near: Array | None = None) -> Detail:
@@ -128,47 +148,31 @@ def detail(balance: Balance, x: Array, omega: float | Array, inputs: Inputs, nea
         felt()
     responses: list[Response] = []
     states: dict[int, Carried] = {}
+    layout = balance.layout
+    on_ports = np.zeros((2, *x.shape[:-1], layout.n_ports, layout.L))
     for k, contact_inputs in enumerate(inputs.batches):
-        batch, motion = balance.batches[k], balance.layout.motion(k, x, omega, contact_inputs)
         of_batch = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
         if of_batch:
             values = balance.by_state(near)
             response, carried = respond_with_states(
                 [balance.states[s] for s in of_batch],
-                batch.law,
-                motion,
+                balance.batches[k].law,
+                layout.motion(k, x, omega, contact_inputs),
                 contact_inputs.values,
                 [values[s] for s in of_batch],
             )
+            layout.write(k, response, contact_inputs, omega, on_ports)
             responses.append(response)
             states |= zip(of_batch, carried, strict=True)
         else:
-            responses.append(batch.law.respond(motion, contact_inputs.values))
+            responses.append(layout.respond(k, x, omega, contact_inputs, on_ports))
     in_order = tuple(states[s] for s in sorted(states)) if states else ()
-    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order)
+    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order, on_ports=on_ports)
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:
     """The detail of a solution whose forces are computed later, together with those of others."""
     return Detail(responses=(), inputs=inputs, omega=omega)
-
-
-def balanced(
-    balance: Balance, x: Array, solution: Detail, compliance: AnyCompliance, slopes: Forces | None = None
-) -> Balanced:
-    """Residual and Jacobian from the forces at unknowns (N,), and its derivative from that of the forces, ``slopes``.
-
-    The derivative is by omega, or by the parameter that the compliance is differentiated by.
-    """
-    G = balance.layout.excitation(solution.forces, solution.inputs.P)
-    balance.anchoring(x, G)
-    jacobian, slope = balance.jacobian(solution.tangents, compliance, solution.fast), None
-    if slopes is None:
-        moved = compliance.answer(G)
-    else:
-        dG = balance.layout.excitation(slopes) if any(slopes) else None
-        moved, slope = compliance.answer_with_rate(G, dG)
-    return Balanced(x + moved, jacobian, G, compliance, solution, slope)
 
 
 def terms(balance: Balance, x: Array, at: Balanced) -> Array:
@@ -223,19 +227,9 @@ def force_rates(
 
 
 def by_omega(solution: Detail) -> list[dict[int, Array]]:
-    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega do not change the drift."""
-    slopes = []
-    for response, contact_inputs in zip(solution.responses, solution.inputs.batches, strict=True):
-        slope = dict(response.by_omega)
-        if response.by_drift and contact_inputs.at_speed:
-            omega, velocity = solution.omega, contact_inputs.velocity
-            each = np.repeat(omega, velocity.shape[1] // omega.size) if isinstance(omega, np.ndarray) else omega
-            rate = velocity / -(each**2)
-            for (i, j), tangent in response.by_drift.items():
-                part = rate[j][:, None] * tangent
-                add_to(slope, i, part)
-        slopes.append(slope)
-    return slopes
+    """Derivatives of the forces by omega at fixed motion, by batch and port."""
+    pairs = zip(solution.responses, solution.inputs.batches, strict=True)
+    return [batch_by_omega(response, contact_inputs, solution.omega) for response, contact_inputs in pairs]
 
 
 def by_inputs(solution: Detail, direction: Inputs) -> list[dict[int, Array]]:
@@ -303,20 +297,26 @@ class Together:
     @cached_property
     def forces(self) -> Array:
         """Forces on all ports (n, n_ports, L)."""
-        return self._gathered(self._detail.forces)
+        return self._detail.on_ports[0]
 
     def force_changes(self, dx: Array) -> Array:
         """Their changes for changes (n, N) of the unknowns."""
         fixed: Forces = [{} for _ in self.responses]
-        return self._gathered(force_rates(self._balance, self._detail, dx, fixed))
-
-    def _gathered(self, forces: Forces) -> Array:
-        b = self._balance
-        return b.layout.gathered(forces, np.zeros((len(self._x), b.n_ports, b.L)))
+        changes = force_rates(self._balance, self._detail, dx, fixed)
+        return self._balance.layout.gathered(changes, np.zeros_like(self.forces))
 
     def residuals(self) -> Array:
         """``X + A (F - P)``, (n, N)."""
-        return self._x + self._answer().reshape(self._x.shape)
+        b = self._balance
+        if b.receptance.static.size * b.orders.size > _WRITTEN_UP_TO:
+            return self._x + self._answer().reshape(self._x.shape)
+        n, shape = len(self._x), (b.n_ports, b.L)
+        both = np.empty((n, 2, b.n_ports + b.n_loads, b.n_ports, b.orders.size + 1), dtype=complex)
+        for receptance, at in self._receptances():
+            receptance.conjugates_of(b.orders, self._omega[at], both[at])
+        out = np.empty((n, 2, *shape))
+        sums().residuals_of_many(both, self._x.reshape(-1, *shape), self._detail.on_ports, self.loads, out)
+        return out[:, 0].reshape(n, -1)
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its ``terms``."""
@@ -391,9 +391,8 @@ class FrequencySystem:
         if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
         compliance = balance.compliance(parameter, self.inputs.structure)
-        at = balanced(balance, x, solution, compliance, by_omega(solution))
+        at = Balanced(balance, x, solution, compliance)
         slope = at.slope
-        assert slope is not None
         if fast := solution.fast:
             slope += answer_to_powers(balance, fast, (state.power.omega for state in fast), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, solution, lambda: terms(balance, x, at), solution.carried)
@@ -426,7 +425,7 @@ class ParameterSystem:
         solution = detail(balance, x, self.omega, inputs, context)
         if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
-        at = balanced(balance, x, solution, self._compliance(inputs, direction))
+        at = Balanced(balance, x, solution, self._compliance(inputs, direction))
         direction = at_states(solution.states, direction)
         slope = self._moved_by(by_inputs(solution, direction), direction.P, at.compliance)
         if direction.structure:

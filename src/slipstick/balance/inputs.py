@@ -56,6 +56,21 @@ class ContactInputs:
         """That velocity over omega, (n_ports, n), length per rad; must not be written."""
         return self.velocity / omega + self.velocity_per_omega if self.at_speed else self.velocity_per_omega
 
+    @cached_property
+    def _tables(self) -> dict[tuple[str, ...], tuple[Array, ...]]:
+        return {}
+
+    def table(self, names: tuple[str, ...]) -> tuple[Array, ...]:
+        """Motion, velocity, its increase with omega, and named parameters (n, n_names), as compiled code takes them.
+
+        Cached: must not be written.
+        """
+        if (table := self._tables.get(names)) is None:
+            values = np.stack([self.values[name] for name in names], axis=1)
+            arrays = self.motion, self.velocity, self.velocity_per_omega, values
+            table = self._tables[names] = tuple(np.require(array, float, ["C", "W"]) for array in arrays)
+        return table
+
     def repeated(self, n: int) -> ContactInputs:
         """The same elements n times over, cached: the arrays must not be written."""
         if n == 1:

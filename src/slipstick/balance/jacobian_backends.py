@@ -68,7 +68,8 @@ class DenseBackend:
         self, balance: Balance, tangents: Tangents, compliance: Any, states: Sequence[Carried] = ()
     ) -> Jacobian:
         """With all entries, written at their first use."""
-        return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size)
+        product = None if states else lambda x: _product(balance, tangents, compliance, x)
+        return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size, product)
 
 
 class IterativeBackend:
@@ -87,6 +88,20 @@ class IterativeBackend:
     ) -> Jacobian:
         """By its products."""
         return ContactJacobian(balance, tangents, compliance, states)
+
+
+def _product(balance: Balance, tangents: Tangents, compliance: Compliance, x: Array) -> Array:
+    """``(I + A dF/dX) x`` (N,)."""
+    motion, forces = x.reshape(balance.n_ports, balance.L), np.zeros((balance.n_ports, balance.L))
+    out = motion.copy()
+    for k, by_ports in enumerate(tangents):
+        coupled = balance.batches[k].coupled
+        for pair, tangent in _anchored(balance, k, by_ports).items():
+            if pair in coupled:
+                fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
+                sums().add_force_changes(fit, *coupled[pair], motion, forces)
+    sums().add_answer(compliance.value, forces, out)
+    return out.reshape(-1)
 
 
 def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried], out: Array) -> None:

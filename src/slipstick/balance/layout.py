@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.inputs import ContactInputs
-from slipstick.contact.law import Law, Motion
+from slipstick.contact.law import Law, Motion, Placed, Response, add_to
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray, IntArray
 
@@ -70,15 +70,20 @@ class Batch:
         return places(np.array(self.numbers, dtype=int))
 
     @cached_property
-    def couplings(self) -> Mapping[tuple[int, int], PortPair]:
-        """For each pair of ports ``(i, j)``: elements in which a force along i may depend on motion along j."""
+    def rows(self) -> IntArray:
+        """Number of each port of each element among all ports of the balance, (n_ports, count); -1: none."""
         rows = np.full((len(self.ports), self.count), -1, dtype=np.int64)
         for numbers, port in zip(rows, self.ports, strict=True):
             numbers[port.members] = _indices(port.rows)
+        return rows
+
+    @cached_property
+    def couplings(self) -> Mapping[tuple[int, int], PortPair]:
+        """For each pair of ports ``(i, j)``: elements in which a force along i may depend on motion along j."""
         return {
             (i, j): PortPair(both := np.flatnonzero((felt >= 0) & (moving >= 0)), felt[both], moving[both])
-            for i, felt in enumerate(rows)
-            for j, moving in enumerate(rows)
+            for i, felt in enumerate(self.rows)
+            for j, moving in enumerate(self.rows)
         }
 
     @cached_property
@@ -174,6 +179,30 @@ class PortLayout:
             contact_inputs.velocity_per_omega,
         )  # fmt: skip
 
+    def respond(self, k: int, x: Array, omega: float | Array, contact_inputs: ContactInputs, out: Array) -> Response:
+        """Forces of batch ``k`` at unknowns (N,) or (n, N), written on the ports ``out`` (2, [n,] n_ports, L).
+
+        ``out`` is zero before; the second half receives derivatives by omega at fixed motion.
+        """
+        batch = self.batches[k]
+        if tabulated := batch.law.tabulated:
+            each = omega if isinstance(omega, np.ndarray) else np.array([omega])
+            places = -1, self.n_ports, self.L
+            rubbing, velocity, per_omega, values = contact_inputs.table(tabulated)
+            placed = Placed(x.reshape(places), batch.rows, rubbing, velocity, per_omega, each, values)
+            return batch.law.respond_on_ports(self.harmonics, placed, out.reshape(2, *places), contact_inputs.values)
+        response = batch.law.respond(self.motion(k, x, omega, contact_inputs), contact_inputs.values)
+        self.write(k, response, contact_inputs, omega, out)
+        return response
+
+    def write(
+        self, k: int, response: Response, contact_inputs: ContactInputs, omega: float | Array, out: Array
+    ) -> None:
+        """Write the forces of batch ``k`` and their derivatives by omega on the ports ``out``, as ``respond``."""
+        slopes = by_omega(response, contact_inputs, omega)
+        for part, by_port in zip(out, (dict(enumerate(response.force)), slopes), strict=True):
+            self._gather(k, by_port, part)
+
     def spread(self, dx: Array) -> list[dict[int, Array]]:
         """Changes of the motion by batch and port, of changes (N,) or (n, N) of the unknowns."""
         lead = dx.shape[:-1]
@@ -193,14 +222,17 @@ class PortLayout:
 
     def gathered(self, forces: Forces, out: Array) -> Array:
         """Write forces on their ports in ``out`` (..., n_ports or more, L), which is zero before; returned."""
-        lead = out.shape[:-2]
-        for batch, by_port in zip(self.batches, forces, strict=True):
-            for i, force in by_port.items():
-                port = batch.ports[i]
-                if port.size:
-                    F = force.reshape(*lead, batch.count, self.L) if lead else force
-                    out[..., port.rows, :] = F if port.size == batch.count else F[..., port.members, :]
+        for k, by_port in enumerate(forces):
+            self._gather(k, by_port, out)
         return out
+
+    def _gather(self, k: int, by_port: Mapping[int, Array], out: Array) -> None:
+        batch, lead = self.batches[k], out.shape[:-2]
+        for i, force in by_port.items():
+            port = batch.ports[i]
+            if port.size:
+                F = force.reshape(*lead, batch.count, self.L) if lead else force
+                out[..., port.rows, :] = F if port.size == batch.count else F[..., port.members, :]
 
     def excitation(self, forces: Forces, P: Array | None = None, n: tuple[int, ...] = ()) -> ComplexArray:
         """``F - P`` on all columns as complex numbers (..., n_columns, n + 1); without loads, on the ports alone.
@@ -220,6 +252,19 @@ class PortLayout:
         out = np.empty((len(z), self.L))
         out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
         return out.reshape(-1)
+
+
+def by_omega(response: Response, contact_inputs: ContactInputs, omega: float | Array) -> dict[int, Array]:
+    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega do not change the drift."""
+    slope = dict(response.by_omega)
+    if response.by_drift and contact_inputs.at_speed:
+        velocity = contact_inputs.velocity
+        each = np.repeat(omega, velocity.shape[1] // omega.size) if isinstance(omega, np.ndarray) else omega
+        rate = velocity / -(each**2)
+        for (i, j), tangent in response.by_drift.items():
+            part = rate[j][:, None] * tangent
+            add_to(slope, i, part)
+    return slope
 
 
 def _widened(narrow: Harmonics, wide: Harmonics, Q: Array) -> Array:

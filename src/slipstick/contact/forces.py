@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from slipstick.contact.law import Interval
+from slipstick.contact.law import Interval, Placed
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray, Numbers
@@ -62,10 +62,17 @@ class ContactForces:
         "with no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3).",
     )
 
-    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Numbers, inputs: tuple[Any, ...]) -> None:
+    def __init__(self, vectors: Array, matrices: Array, scalars: Array, inputs: tuple[Harmonics, Array, Array]) -> None:
         self._vectors, self._matrices, self._scalars = vectors, matrices, scalars
         self.omega: float | None = None
-        self._v, self._inputs = v, inputs
+        self._inputs = inputs
+        self._v: Numbers = inputs[2][..., 0]
+
+    def single(self) -> ContactForces:
+        """Those of the first element, without a leading axis."""
+        harmonics, motion, parameters = self._inputs
+        inputs = harmonics, motion[0], parameters[0]
+        return ContactForces(self._vectors[0], self._matrices[0], self._scalars[0], inputs)
 
     @property
     def of_batch(self) -> tuple[Array, ...]:
@@ -123,21 +130,24 @@ class ContactForces:
         They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list; of motion
         or parameters that are no numbers it is empty, as their forces are nan.
         """
-        harmonics, X, Y, par, single = self._inputs
-        states = _all_states(harmonics, X, Y, par)
-        return states[0] if single else states
+        harmonics, motion, parameters = self._inputs
+        X, Y = motion[..., 0, :], motion[..., 1, :]
+        if motion.ndim == 2:
+            return _all_states(harmonics, X[None], Y[None], tuple(parameters[:, None]))[0]
+        return _all_states(harmonics, X, Y, tuple(parameters.T))
 
 
-def _all_states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
+def _all_states(harmonics: Harmonics, X: Array, Y: Array, parameters: tuple[Array, ...]) -> list[list[Interval]]:
     """States of a few hundred elements at a time: arrays of intervals have the size of the worst case."""
     parts = (slice(i, i + 512) for i in range(0, len(X), 512))
-    return [states for part in parts for states in _states(harmonics, X[part], Y[part], par[part])]
+    each = tuple(np.broadcast_to(value, len(X)) for value in parameters)
+    return [states for part in parts for states in _states(harmonics, X[part], Y[part], tuple(p[part] for p in each))]
 
 
-def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
+def _states(harmonics: Harmonics, X: Array, Y: Array, parameters: tuple[Array, ...]) -> list[list[Interval]]:
     from slipstick.contact.kernel.tuples import NAMES
 
-    totals, at, code = _evaluate(harmonics, X, Y, par, states=True)[1]
+    totals, at, code = _evaluate(harmonics, X, Y, parameters, states=True)[1]
     return [
         [(float(a), float(b), NAMES[c]) for (a, b, _f), (c, _o) in zip(at[e, :n], code[e, :n], strict=True)]
         for e, n in enumerate(totals)
@@ -145,18 +155,38 @@ def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[I
 
 
 def _evaluate(
-    harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False
-) -> tuple[tuple[Array, Array, Array], tuple[IntArray, Array, IntArray]]:
-    """Results of a batch in new arrays, and with ``states`` its intervals."""
-    kernel, (count, L) = _kernel(), X.shape
+    harmonics: Harmonics, X: Array, Y: Array, parameters: tuple[Array, ...], states: bool = False
+) -> tuple[ContactForces, tuple[IntArray, Array, IntArray]]:
+    """Results of a batch whose motion is given element by element, and with ``states`` its intervals."""
+    n, L = X.shape
+    rubbing, velocity, values = np.empty((2, n, L)), np.zeros((2, 2, n)), np.empty((n, 4))
+    rubbing[0], rubbing[1] = X, Y
+    velocity[1, 0] = parameters[0]
+    for i, value in enumerate(parameters[1:]):
+        values[:, i] = value
+    none = np.empty((2, 1, 0, L))
+    placed = Placed(none[0], np.full((2, n), -1), rubbing, velocity[0], velocity[1], np.ones(1), values)
+    return _run(harmonics, placed, none, states)
+
+
+def _run(
+    harmonics: Harmonics, placed: Placed, on_ports: Array, states: bool = False
+) -> tuple[ContactForces, tuple[IntArray, Array, IntArray]]:
+    kernel, count, L = _kernel(), len(placed.values), harmonics.size
     tables = kernel.grid(harmonics)
-    out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    vectors, matrices, scalars = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    motion, parameters = np.empty((count, 2, L)), np.empty((count, 5))
     intervals = _interval_arrays(count, kernel.most_intervals(tables.top)) if states else kernel.no_intervals
-    work = ((X, Y, par), tuple(tables), out, intervals)
-    for e in run_in_threads(count, SERIAL, kernel.run_elements, *work):
+    outputs = (vectors, matrices, scalars, motion, parameters, on_ports)
+    for e in run_in_threads(count, SERIAL, kernel.run_elements, tuple(placed), tuple(tables), outputs, intervals):
         if e != kernel.done:
             raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
-    return out, intervals
+    return ContactForces(vectors, matrices, scalars, (harmonics, motion, parameters)), intervals
+
+
+def forces_on_ports(harmonics: Harmonics, placed: Placed, on_ports: Array) -> ContactForces:
+    """Forces of elements on the ports of a balance, see ``Law.respond_on_ports``."""
+    return _run(harmonics, placed, on_ports)[0]
 
 
 def _interval_arrays(count: int, most: int) -> tuple[IntArray, Array, IntArray]:
@@ -219,23 +249,19 @@ def element_forces(
     ``X`` (n, L) is the relative motion plus the periodic rubbing motion ``X + U``, ``Y`` (n, L); ``v = velocity/omega``
     and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
     """
-    X, Y, par = _batch(X, Y, (v, kt, mu, kn, gap))
-    outputs, _ = _evaluate(harmonics, X, Y, par)
-    return ContactForces(*outputs, par[:, 0], (harmonics, X, Y, par, False))
+    return _evaluate(harmonics, X, Y, (v, kt, mu, kn, gap))[0]
 
 
 def one_element_forces(harmonics: Harmonics, X: Array, Y: Array, parameters: Array) -> ContactForces:
     """Forces of a single element: motion (L,), ``v, kt, mu, kn, gap`` (5,), results without a leading axis."""
-    X, Y, par = X[None], Y[None], parameters[None]
-    (vectors, matrices, scalars), _ = _evaluate(harmonics, X, Y, par)
-    return ContactForces(vectors[0], matrices[0], scalars[0], parameters[0], (harmonics, X, Y, par, True))
+    return _evaluate(harmonics, X[None], Y[None], tuple(parameters[:, None]))[0].single()
 
 
 def element_states(
     harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
 ) -> list[list[Interval]]:
     """Intervals (start, end, state) of each element of a batch, as ``ContactForces.states``; arguments as above."""
-    return _all_states(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)))
+    return _all_states(harmonics, X, Y, (v, kt, mu, kn, gap))
 
 
 def element_intervals(
@@ -244,16 +270,4 @@ def element_intervals(
     """The intervals as arrays, with the state before each stick."""
     from slipstick.contact.kernel.tuples import States
 
-    return States(*_evaluate(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)), states=True)[1])
-
-
-def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Array, Array]:
-    """Motion and parameters (n, 5) as writable contiguous arrays, the only types that are compiled."""
-    par = np.empty((len(X), len(parameters)))
-    for i, value in enumerate(parameters):
-        par[:, i] = value
-    return _contiguous(X), _contiguous(Y), par
-
-
-def _contiguous(array: Array) -> Array:
-    return array if array.flags.carray else np.require(array, float, ["C", "W"])
+    return States(*_evaluate(harmonics, X, Y, (v, kt, mu, kn, gap), states=True)[1])

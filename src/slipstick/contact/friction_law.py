@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import ContactForces, element_forces, element_intervals, element_states
-from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable
+from slipstick.contact.forces import (
+    ContactForces,
+    element_forces,
+    element_intervals,
+    element_states,
+    forces_on_ports,
+)
+from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Placed, Response, Variable
+from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
@@ -24,6 +32,7 @@ class FrictionLaw(Law):
 
     ports: tuple[str, ...] = ("tangential", "normal")
     kind: ClassVar[str] = "friction"
+    tabulated: ClassVar[tuple[str, ...]] = ("kt", "mu", "kn", "gap")
     coulomb: ClassVar[bool] = True
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
     dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
@@ -57,16 +66,13 @@ class FrictionLaw(Law):
             v=motion.drift[TANGENTIAL_PORT],
             **values,
         )
-        Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv, work = f.of_batch
-        return Response(
-            force=(Fx, Fy),
-            by_motion={(0, 0): dFx_dX, (0, 1): dFx_dY, (1, 1): dFy_dY},
-            by_drift={(0, 0): dFx_dv},
-            by_parameter=lambda name: _by_parameter(f, name),
-            values=values,
-            work=work,
-            detail=f,
-        )
+        return _response(f, values)
+
+    def respond_on_ports(
+        self, harmonics: Harmonics, placed: Placed, on_ports: Array, values: Mapping[str, Array]
+    ) -> Response:
+        """``respond`` in one compiled call."""
+        return _response(forces_on_ports(harmonics, placed, on_ports), values)
 
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
         """Intervals of stick, slip and separation of n elements, as ``ContactForces.states``."""
@@ -150,6 +156,14 @@ class FrictionLaw(Law):
         """Motion up to slip, length (n,)."""
         limit = values["mu"] * values["kn"] * np.maximum(-values["gap"], 0.0)
         return np.divide(limit, values["kt"], out=np.zeros_like(limit), where=values["kt"] > 0)
+
+
+def _response(f: ContactForces, values: Mapping[str, Array]) -> Response:
+    Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv, work = f.of_batch
+    return Response(
+        (Fx, Fy), {(0, 0): dFx_dX, (0, 1): dFx_dY, (1, 1): dFy_dY}, partial(_by_parameter, f), values, work,
+        {(0, 0): dFx_dv}, detail=f,
+    )  # fmt: skip
 
 
 def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import Fault
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Numbers
+from slipstick.typing import Array, IntArray, Numbers
 
 Key = TypeVar("Key", int, tuple[int, int])
 
@@ -43,6 +43,25 @@ class Motion(NamedTuple):
     """Constant velocity along each port over omega, (n_ports, n), length per rad."""
     swept: float | Array = 0.0
     """Part of the drift that does not depend on omega, because its velocity is proportional to omega."""
+
+
+class Placed(NamedTuple):
+    """Elements on the ports of a balance, at one motion of all ports or at k of them: (k, count) elements."""
+
+    X: Array
+    """Motion of all ports (k, n_ports, L), length."""
+    rows: IntArray
+    """Port of the balance for each port of the law and each element (n_law_ports, count); -1: none."""
+    rubbing: Array
+    """Periodic motion of the opposing surface, which is added (n_law_ports, k * count, L), length."""
+    velocity: Array
+    """Its constant velocity (n_law_ports, k * count), length/time."""
+    velocity_per_omega: Array
+    """Increase of that velocity with omega (n_law_ports, k * count), length."""
+    omega: Array
+    """Fundamental frequency of each motion (k,), rad/s."""
+    values: Array
+    """Parameters (k * count, n_parameters), in the order of ``Law.tabulated``."""
 
 
 class Response(NamedTuple):
@@ -219,6 +238,17 @@ class Law(ABC):
         """Whether it is dry friction with the limit ``mu N`` at any velocity."""
         return False
 
+    @default
+    def tabulated(self) -> tuple[str, ...]:
+        """Parameters, in order, of a law that computes its forces by ``respond_on_ports``."""
+        return ()
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        super().__init_subclass__(**named)
+        if "respond" in cls.__dict__ and "respond_on_ports" not in cls.__dict__:
+            # its own ``respond`` is not that of the compiled call that it inherits
+            cls.tabulated = ()  # type: ignore[method-assign]
+
     @abstractmethod
     def changed(self, **values: Numbers) -> Law:
         """A copy with other parameters."""
@@ -226,6 +256,16 @@ class Law(ABC):
     @abstractmethod
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements whose parameters are ``values``, (n,) each."""
+
+    def respond_on_ports(
+        self, harmonics: Harmonics, placed: Placed, on_ports: Array, values: Mapping[str, Array]
+    ) -> Response:
+        """``respond`` in one compiled call, of a law with ``tabulated`` parameters.
+
+        ``on_ports`` (2, k, n_ports, L) receives the forces on the ports, and their derivatives by omega at fixed
+        motion.
+        """
+        raise NotImplementedError(f"a {type(self).__name__} has no tabulated parameters")
 
     # in time
 

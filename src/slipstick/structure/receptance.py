@@ -358,14 +358,18 @@ class ModalReceptance(SummedReceptance):
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
         """See ``Receptance.conjugates``; by a compiled sum."""
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
-        out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
         arguments = self._stiffness, self._damping, self._rest, orders, omega * orders, out
         if not self._many:
-            _modal_sums()(self._products, 0, *arguments)
+            _modal_sums()(self._static, self._products, 0, *arguments)
         else:
             for row, shapes in enumerate(self._left):
-                _modal_sums()(shapes * self._right, row, *arguments)
+                _modal_sums()(self._static, shapes * self._right, row, *arguments)
         return out
+
+    @cached_property
+    def _static(self) -> Array:
+        """``static`` as compiled code takes it."""
+        return np.require(self.static, float, ["C", "W"])
 
     @cached_property
     def _symmetric(self) -> bool:
@@ -385,8 +389,7 @@ class ModalReceptance(SummedReceptance):
         """``conjugates`` at frequencies (n,), see ``Receptance``: bit for bit those of single frequencies."""
         from slipstick.structure.kernel.modal_sums import modal_sums_of_many
 
-        out[:, 0, :, :, 0], out[:, 1, :, :, 0] = self.static.T, 0.0
-        sums = self._products, self._stiffness, self._damping, self._rest
+        sums = self._static, self._products, self._stiffness, self._damping, self._rest
         modal_sums_of_many(*sums, orders, np.ascontiguousarray(omega), out)
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
@@ -425,6 +428,7 @@ class ModalReceptance(SummedReceptance):
         for (r, quantity), value in values.items():
             (omega if quantity == "omega" else ratio)[r] = value
         self.static = self._static_with(omega, old)
+        self.__dict__.pop("_static", None)
         stiffness[elastic], viscous[elastic] = omega**2 * (1.0 + 1j * loss), 2j * ratio * omega
         self._viscous = viscous
         self._set_stiffness(stiffness)

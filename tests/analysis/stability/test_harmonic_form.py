@@ -10,7 +10,7 @@ import slipstick as ss
 from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
 from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import balanced, detail
+from slipstick.balance.evaluation import Balanced, detail
 
 CASES = [
     (0.0, 10.5, [0.57832, 0.05295], 3e-4),
@@ -41,7 +41,7 @@ def test_at_zero_it_is_the_jacobian_of_the_balance() -> None:
     _, point, form = watched(problem, 6.0)
     balance = Balance(problem)
     found = detail(balance, point.x, 6.0, problem.inputs)
-    jacobian = balanced(balance, point.x, found, balance.compliance(6.0)).jacobian
+    jacobian = Balanced(balance, point.x, found, balance.compliance(6.0)).jacobian
     dense = np.column_stack([jacobian.multiply(column) for column in np.eye(balance.size)])
     sign, size = np.linalg.slogdet(form.matrix(0.0))
     assert np.allclose([sign.real, size], np.linalg.slogdet(dense), rtol=1e-9)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from slipstick.solve.linear import dense
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 
@@ -91,3 +92,56 @@ def test_a_matrix_is_written_when_it_is_asked_for():
     assert np.diag(jacobian.matrix).tolist() == [2.0, 4.0]
     assert jacobian.multiply(np.ones(2)).tolist() == [2.0, 4.0]
     assert made == [2, 3, 2]
+
+
+@pytest.fixture
+def factorised(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Sizes of the matrices that were factorised; neighbours refine from 20 unknowns on."""
+    sizes, made = list[int](), dense.dgetrf
+    monkeypatch.setattr(dense, "REFINED_FROM", 20)
+    monkeypatch.setattr(dense, "dgetrf", lambda a, **named: (sizes.append(len(a)), made(a, **named))[1])
+    return sizes
+
+
+@pytest.mark.parametrize("bordered", [False, True])
+def test_solutions_are_refined_by_the_factors_of_a_neighbour(factorised: list[int], bordered: bool) -> None:
+    n, border = 40, (RNG.standard_normal(40), RNG.standard_normal(41))
+    first = np.eye(n) + 0.3 * RNG.standard_normal((n, n))
+    second = first + 1e-4 * RNG.standard_normal((n, n))
+    one, other = (DenseJacobian(matrix) for matrix in (first, second))
+    near, far = (J.bordered(*border) if bordered else J for J in (one, other))
+    whole = np.vstack([np.column_stack([second, border[0]]), border[1]]) if bordered else second
+    near.solve(np.ones(len(whole)))
+    far.take_over(near)
+    x = RNG.standard_normal((len(whole), 3))
+    assert not far.singular
+    for right in (x, x[:, 0]):
+        np.testing.assert_allclose(far.solve(right), np.linalg.solve(whole, right), rtol=1e-9, atol=1e-11)
+    rough, exact = far.solve_correction(x[:, 0], 1e-3), np.linalg.solve(whole, x[:, 0])
+    assert np.linalg.norm(rough - exact) <= 1e-3 * np.linalg.norm(exact)
+    assert far.sign() == np.sign(np.linalg.det(whole))
+    assert factorised == [len(whole)]
+
+
+def test_a_jacobian_that_is_no_neighbour_has_factors_of_its_own(factorised: list[int]) -> None:
+    first, second = (np.eye(30) + 0.3 * RNG.standard_normal((30, 30)) for _ in range(2))
+    near, far = DenseJacobian(first), DenseJacobian(second)
+    near.solve(np.ones(30))
+    far.take_over(near)
+    np.testing.assert_allclose(second @ far.solve(np.ones(30)), np.ones(30), atol=1e-9)
+    assert factorised == [30, 30]
+
+
+def test_a_determinant_that_changes_its_sign_beside_all_solutions(factorised: list[int]) -> None:
+    """One eigenvalue passes zero, and the right-hand side has no part along its vector: the sign tells all the same."""
+    values = np.linspace(1.0, 2.0, 30)
+    values[4] = 1e-3
+    near, right = DenseJacobian(np.diag(values)), np.ones(30)
+    right[4], values[4] = 0.0, -1e-4
+    far = DenseJacobian(np.diag(values))
+    assert near.sign() == 1
+    far.take_over(near)
+    np.testing.assert_allclose(far.solve_correction(right), right / values, rtol=1e-6)
+    assert factorised == [30]
+    assert far.sign() == -1
+    np.testing.assert_allclose(far.solve(right), right / values, rtol=1e-14)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.evaluation import balanced, by_inputs, by_omega, detail, force_rates
+from slipstick.balance.evaluation import Balanced, by_inputs, by_omega, detail, force_rates
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along
 from slipstick.contact.law import add_to
@@ -53,7 +53,7 @@ class Linearization:
         balance = self.balance = outputs.balance
         self.outputs, self.x, self.omega, self.inputs = outputs, x, omega, inputs
         self.detail = detail(balance, x, omega, inputs, near)
-        self.at = balanced(balance, x, self.detail, balance.compliance(omega, inputs.structure))
+        self.at = Balanced(balance, x, self.detail, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
         self._G = self.at.G

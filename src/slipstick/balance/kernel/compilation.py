@@ -20,7 +20,8 @@ def compile_all() -> float:
     one = np.ones((1, 1))
     compliance = Compliance(undamped(np.ones(1), one, one), np.array([2.0]), 1.0)
     compliance.answer(np.ones((1, 2), dtype=complex))
-    compliance.answer_with_rate(np.ones((1, 2), dtype=complex))
+    none = np.empty(0)
+    compliance.residual_with_slope(np.ones((1, 3)), np.ones((2, 1, 3)), np.empty((0, 3)), none, none)
     first = np.zeros(1, dtype=np.int64)
     add_products(compliance.value, np.ones((1, 3, 3)), first, first, first, np.zeros((3, 3)))
     return perf_counter() - start

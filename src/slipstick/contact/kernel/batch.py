@@ -8,6 +8,9 @@ import numpy as np
 
 from slipstick.contact.kernel.element import evaluate
 from slipstick.contact.kernel.tuples import (
+    V_DV,
+    V_FX,
+    BatchOutputs,
     ElementInputs,
     ElementOutputs,
     Intervals,
@@ -17,8 +20,9 @@ from slipstick.contact.kernel.tuples import (
     Sums,
     Workspace,
 )
+from slipstick.contact.law import Placed
 from slipstick.trig.basis import Grid, Scratch
-from slipstick.trig.compiled import compiled, part
+from slipstick.trig.compiled import compiled, inlined, part
 from slipstick.trig.roots import FULL, STACK
 
 ALL_DONE = -1
@@ -51,24 +55,56 @@ def workspace(grid: Grid) -> Workspace:
     )  # fmt: skip
 
 
+@inlined
+def place(e: int, placed: Placed, out: BatchOutputs) -> None:
+    """Write the motion and the parameters of an element."""
+    i, c = e // placed.rows.shape[1], e % placed.rows.shape[1]
+    motion, parameters = out.motion[e], out.parameters[e]
+    for port in range(2):
+        row = placed.rows[port, c]
+        for j in range(motion.shape[1]):
+            motion[port, j] = placed.rubbing[port, e, j]
+            if row >= 0:
+                motion[port, j] += placed.X[i, row, j]
+    parameters[0] = placed.velocity[0, e] / placed.omega[i] + placed.velocity_per_omega[0, e]
+    for j in range(placed.values.shape[1]):
+        parameters[j + 1] = placed.values[e, j]
+
+
+@inlined
+def put_on_ports(e: int, placed: Placed, out: BatchOutputs) -> None:
+    """Write the forces of an element on its ports, and their derivatives by omega at fixed motion."""
+    i, c = e // placed.rows.shape[1], e % placed.rows.shape[1]
+    vectors, omega = out.vectors[e], placed.omega[i]
+    for port in range(2):
+        row = placed.rows[port, c]
+        if row >= 0:
+            rate = placed.velocity[0, e] / -(omega * omega) if port == 0 else 0.0
+            for j in range(vectors.shape[1]):
+                out.on_ports[0, i, row, j] = vectors[V_FX + port, j]
+                out.on_ports[1, i, row, j] = rate * vectors[V_DV, j]
+
+
 @compiled(allocates=True, nogil=True)
 def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: Any) -> int:
     """Elements from ``first`` to ``last`` with one workspace; other threads may run theirs at the same time.
 
-    The last four are plain tuples of the fields of ``Inputs``, ``Grid``, ``Outputs`` and ``States``: numba knows the
-    type of a plain tuple at once, that of a named one only after microseconds.
+    The last four are plain tuples of the fields of ``Placed``, ``Grid``, ``BatchOutputs`` and ``States``: numba knows
+    the type of a plain tuple at once, that of a named one only after microseconds.
 
     Returns ``ALL_DONE``, or the number of an element that cannot be computed, where the run ends.
     """
-    every, grid, out, kept = ElementInputs(*inputs), Grid(*tables), ElementOutputs(*outputs), States(*states)
+    placed, grid, out, kept = Placed(*inputs), Grid(*tables), BatchOutputs(*outputs), States(*states)
     k = workspace(grid)
     for e in range(first, last):
+        place(e, placed, out)
         total = evaluate(
-            ElementInputs(every.X[e], every.Y[e], every.parameters[e]), grid, k,
+            ElementInputs(out.motion[e, 0], out.motion[e, 1], out.parameters[e]), grid, k,
             ElementOutputs(out.vectors[e], out.matrices[e], out.scalars[e]),
         )  # fmt: skip
         if total == FULL:
             return e
+        put_on_ports(e, placed, out)
         if kept.totals.size:
             kept.totals[e] = total
             at, code = k.intervals.at, k.intervals.code

@@ -27,19 +27,8 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 """Columns of the parameter input."""
 
 
-class ElementInputs(NamedTuple):
-    """Of a batch, or of one element without the first axis."""
-
-    X: Array
-    """Tangential motion, the rubbing motion included (elements, L)."""
-    Y: Array
-    """Normal motion likewise (elements, L)."""
-    parameters: Array
-    """``v, kt, mu, kn, gap`` (elements, 5)."""
-
-
-class ElementOutputs(NamedTuple):
-    """Of a batch, or of one element without the first axis."""
+class BatchOutputs(NamedTuple):
+    """Results of all elements, and what they were computed from."""
 
     vectors: Array
     """Rows ``V_...`` (elements, 7, L)."""
@@ -47,6 +36,34 @@ class ElementOutputs(NamedTuple):
     """dFx/dX, dFx/dY, dFy/dY (elements, 3, L, L)."""
     scalars: Array
     """``S_...`` (elements, 6)."""
+    motion: Array
+    """Tangential and normal motion, the rubbing motion included (elements, 2, L)."""
+    parameters: Array
+    """``P_...`` (elements, 5)."""
+    on_ports: Array
+    """Forces on all ports, and their derivatives by omega at fixed motion (2, motions, n_ports, L)."""
+
+
+class ElementInputs(NamedTuple):
+    """Of one element."""
+
+    X: Array
+    """Tangential motion, the rubbing motion included (L,)."""
+    Y: Array
+    """Normal motion likewise (L,)."""
+    parameters: Array
+    """``P_...`` (5,)."""
+
+
+class ElementOutputs(NamedTuple):
+    """Of one element."""
+
+    vectors: Array
+    """Rows ``V_...`` (7, L)."""
+    matrices: Array
+    """dFx/dX, dFx/dY, dFy/dY (3, L, L)."""
+    scalars: Array
+    """``S_...`` (6,)."""
 
 
 class States(NamedTuple):

@@ -9,16 +9,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from slipstick.solve.linear.jacobian import Bordered, Jacobian
+from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
 from slipstick.typing import Array
+
+REFINED_FROM = 250
+"""Unknowns from which refining a solution by the factors of a neighbour costs less than new factors (measured)."""
+_CONTRACTION = 0.2
+"""Largest ratio of two refinements, one after the other, with which a solution is refined further."""
+_MOST_REFINEMENTS = 10
+_MOST_COLUMNS = 4
+"""Columns of a right-hand side that are refined: for more, factors cost less."""
+_ROUNDING = 1e-14
+"""Refinement, over the solution, that is rounding."""
+_SIGN_ERROR = 1e-6
+"""Relative error of the solutions that show the sign of a determinant."""
+_SEED = 1
+"""Of their right-hand sides: results repeat."""
 
 
 class _Factorised(Jacobian):
     """LU factors, made on first use in the memory they stay in; a kind says its size and how it is written there."""
 
-    __slots__ = ("_lu",)
+    __slots__ = ("_lu", "_near", "_sign")
 
     _lu: tuple[Array, NDArray[np.int32], int] | None
+    _near: tuple[Array, NDArray[np.int32], int] | None
+    """Factors of a neighbouring Jacobian, by which solutions are refined."""
+    _sign: int | None
 
     @abstractmethod
     def write(self, out: Array) -> None:
@@ -34,24 +51,74 @@ class _Factorised(Jacobian):
 
     @property
     def singular(self) -> bool:
-        """Whether it is exactly singular."""
-        return (self._lu or self._factors())[2] > 0
+        """Whether it is exactly singular; not where solutions are refined, which a singular one does not allow."""
+        return self._near is None and (self._lu or self._factors())[2] > 0
+
+    def take_over(self, other: Jacobian) -> None:
+        """Refine solutions by the factors of a neighbouring Jacobian, as long as few refinements do."""
+        if self._lu is None and isinstance(other, _Factorised) and self.size == other.size >= REFINED_FROM:
+            self._near = other._lu or other._near
 
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
         """Solution of ``J @ x = right``, or with its transpose."""
+        if self._near is not None and not transposed and (refined := self._refined(right, 0.0)) is not None:
+            return refined
         lu, pivots, _ = self._lu or self._factors()
         x: Array = dgetrs(lu, pivots, right, trans=int(transposed))[0]
         return x
 
+    def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
+        """``solve``, to a relative error where solutions are refined."""
+        if self._near is not None and (refined := self._refined(right, min(to, OF_CORRECTIONS))) is not None:
+            return refined
+        return self.solve(right)
+
+    def _refined(self, right: Array, to: float) -> Array | None:
+        """Solution by refinement to a relative error; None, and never again, where it would take many refinements."""
+        assert self._near is not None
+        lu, pivots, _ = self._near
+        x: Array = dgetrs(lu, pivots, right)[0]
+        size = before = _sizes(x)
+        for _ in range(_MOST_REFINEMENTS if right.ndim == 1 or right.shape[1] <= _MOST_COLUMNS else 0):
+            change: Array = dgetrs(lu, pivots, right - self.multiply(x))[0]
+            now = _sizes(change)
+            x += change
+            done = (now * now <= to * size * before) | (now <= _ROUNDING * size)  # the next one is smaller by the ratio
+            if done.all():
+                return x
+            if not (done | (now <= _CONTRACTION * before)).all():
+                break
+            before = now
+        self._near = None
+        return None
+
     def sign(self) -> int:
-        """Sign of the determinant."""
-        lu, pivots, _ = self._lu or self._factors()
-        swapped, negative = pivots != np.arange(pivots.size), lu.diagonal() < 0
-        return -1 if np.count_nonzero(swapped ^ negative) % 2 else 1
+        """Sign of the determinant.
+
+        Solutions for a random right-hand side, which has a part along every eigenvector, are refined quickly only where
+        no eigenvalue has changed its sign since the factors were made.
+        """
+        if self._sign is None and self._near is not None:
+            known, right = self._near, np.random.default_rng(_SEED).standard_normal(self.size)
+            if self._refined(right, _SIGN_ERROR) is not None:
+                self._sign = _sign(*known[:2])
+        if self._sign is None:
+            self._sign = _sign(*(self._lu or self._factors())[:2])
+        return self._sign
 
     def bordered(self, column: Array, row: Array) -> BorderedDense:
         """With a further column (N,) and row (N + 1,)."""
         return BorderedDense(self, column, row)
+
+
+def _sizes(x: Array) -> Array:
+    """Norms of the columns."""
+    return np.sqrt(np.einsum("n...,n...->...", x, x))
+
+
+def _sign(lu: Array, pivots: NDArray[np.int32]) -> int:
+    swapped, negative = pivots != np.arange(pivots.size), lu.diagonal() < 0
+    return -1 if np.count_nonzero(swapped ^ negative) % 2 else 1
 
 
 _NOT_WRITTEN = np.empty((0, 0))
@@ -60,18 +127,27 @@ _NOT_WRITTEN = np.empty((0, 0))
 class DenseJacobian(_Factorised):
     """A Jacobian given by its ``matrix`` (N, N), which is kept and not written on.
 
-    Or by a function that does what ``write`` does, and ``size``, N: many a Jacobian is never asked for.
+    Or by a function that does what ``write`` does, and ``size``, N: many a Jacobian is never asked for. ``product``
+    computes ``J @ x`` (N,) without the matrix.
 
     >>> J = DenseJacobian([[2.0, 1.0], [0.0, -4.0]])
     >>> J.solve(np.array([3.0, -4.0])), J.solve(np.array([2.0, -3.0]), transposed=True), J.sign()
     (array([1., 1.]), array([1., 1.]), -1)
     """
 
-    __slots__ = ("_matrix", "_size", "_writer")
+    __slots__ = ("_matrix", "_product", "_size", "_writer")
 
-    def __init__(self, matrix: ArrayLike | Callable[[Array], None], size: int = 0) -> None:
-        self._lu = None
-        self._writer: Callable[[Array], None] | None = None
+    _writer: Callable[[Array], None] | None
+    _product: Callable[[Array], Array] | None
+
+    def __init__(
+        self,
+        matrix: ArrayLike | Callable[[Array], None],
+        size: int = 0,
+        product: Callable[[Array], Array] | None = None,
+    ) -> None:
+        self._lu = self._near = self._sign = None
+        self._product, self._writer = product, None
         self._matrix: Array = _NOT_WRITTEN
         if callable(matrix):
             self._writer, self._size = matrix, size
@@ -102,6 +178,11 @@ class DenseJacobian(_Factorised):
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x``, or the transpose times x."""
+        if self._writer is not None and self._product is not None and not transposed:
+            if x.ndim == 1:
+                return self._product(x)
+            if x.shape[1] <= _MOST_COLUMNS:
+                return np.stack([self._product(np.ascontiguousarray(column)) for column in x.T], axis=1)
         return np.asarray((self.matrix.T if transposed else self.matrix) @ x)
 
     def bound(self, x: Array) -> Array:
@@ -120,7 +201,7 @@ class BorderedDense(Bordered, _Factorised):
     _inner: _Factorised
 
     def __init__(self, inner: _Factorised, column: Array, row: Array) -> None:
-        self._lu = None
+        self._lu = self._near = self._sign = None
         self._inner, self._column, self._row = inner, column, row
 
     def write(self, out: Array) -> None:

@@ -119,8 +119,10 @@ class Bordered(Jacobian):
             product[:-1] += self._inner.multiply(first, transposed=True)
             product[-1] += self._column @ first
             return product
-        above = self._inner.multiply(first) + np.multiply.outer(self._column, x[-1])
-        return np.concatenate([above, np.reshape(self._row @ x, last.shape)])
+        out = np.empty(x.shape)
+        out[:-1], out[-1] = self._inner.multiply(first), self._row @ x
+        out[:-1] += self._column * last if x.ndim == 1 else self._column[:, None] * last
+        return out
 
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more."""

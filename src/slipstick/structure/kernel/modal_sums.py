@@ -10,14 +10,15 @@ from slipstick.typing import Array, ComplexArray
 
 @compiled(allocates=True, nogil=True)
 def modal_sums(
-    products: Array, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    static: Array, products: Array, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
     orders: Array, w: Array, out: ComplexArray,
 ) -> None:  # fmt: skip
     """Write ``conj(A)`` at ``w`` (k,) and its derivative by omega into ``out`` (2, n_columns, n_rows, 1 + k).
 
-    The first place of the last axis is left alone. ``products`` (n_columns * any, n_modes) are those of columns and
-    some rows, ``first`` and those after it. ``w`` grows with omega as ``orders`` (k,) say. ``left_out`` holds the
-    residual and the second residual, (2, n_rows, n_columns), complex; ``damping`` is ``i`` times the viscous one.
+    The first place of the last axis is that of ``static`` (n_rows, n_columns). ``products`` (n_columns * any, n_modes)
+    are those of columns and some rows, ``first`` and those after it. ``w`` grows with omega as ``orders`` (k,) say.
+    ``left_out`` holds the residual and the second residual, (2, n_rows, n_columns), complex; ``damping`` is ``i`` times
+    the viscous one.
     """
     n, modes, columns = w.size, stiffness.size, out.shape[1]
     weights = np.empty((modes, 4 * n))
@@ -37,6 +38,7 @@ def modal_sums(
         for row in range(first, first + rows):
             sum_here = sums[column * rows + row - first]
             rest, second = left_out[0, row, column], left_out[1, row, column]
+            out[0, column, row, 0], out[1, column, row, 0] = static[row, column], 0.0
             for k in range(n):
                 square, grows = w[k] * w[k], 2.0 * orders[k] * w[k]
                 A = complex(sum_here[k], sum_here[n + k]) + rest + square * second
@@ -46,9 +48,9 @@ def modal_sums(
 
 @compiled(allocates=True, nogil=True)
 def modal_sums_of_many(
-    products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    static: Array, products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
     orders: Array, omega: Array, out: ComplexArray,
 ) -> None:  # fmt: skip
     """``modal_sums`` at every omega (k,), into ``out`` (k, 2, n_columns, n_rows, n + 1)."""
     for i in range(omega.size):
-        modal_sums(products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
+        modal_sums(static, products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
