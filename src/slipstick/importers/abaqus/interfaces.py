@@ -10,13 +10,9 @@ from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Content, named, nodes_of
 from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict, refused
+from slipstick.importers.interfaces import APART, WHOLE
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
-_APART = (
-    "is kept as model.contact_pairs: nothing joins its surfaces until contacts are put there ([[joint]] of a case, "
-    "ss.surface_pair)"
-)
-_WHOLE = "is kept as model.pretension_sections: the bolt is whole there, its load and shortening have no effect"
 _OTHERWISE = "depends on more than two surfaces; the coefficient of its first line is kept"
 
 
@@ -59,7 +55,7 @@ def on_contact_pair(content: Content, block: Block) -> None:
     if "TIED" in block.parameters or interaction in content.glued:
         content.note(Verdict.COUPLING, block, "glues surfaces together (TIED)")
         return
-    content.note(Verdict.APPROXIMATED, block, _APART)
+    content.note(Verdict.APPROXIMATED, block, APART)
     for line, row in zip(block.lines, block.rows, strict=True):
         if not any(row):
             raise ValueError("expected two surfaces on a line")
@@ -103,7 +99,7 @@ def on_pretension(content: Content, block: Block) -> None:
             raise ValueError("a normal without length")
         normal = (x, y, z)
     content.pretension_sections[name] = PretensionSection(node=node, normal=normal)
-    content.note(Verdict.APPROXIMATED, block, _WHOLE)
+    content.note(Verdict.APPROXIMATED, block, WHOLE)
 
 
 def bolt_nodes(content: Content) -> set[int]:

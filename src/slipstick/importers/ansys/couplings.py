@@ -162,11 +162,11 @@ class Lumps:
     ----------
     deck
         Takes what cannot be applied, and knows positions and own directions of nodes.
-    archive, text
-        The archive as read, and its text.
+    archive, text, rows
+        The archive as read, its text, and the rows of its elements.
     """
 
-    def __init__(self, deck: Deck, archive: Any, text: str) -> None:
+    def __init__(self, deck: Deck, archive: Any, text: str, rows: Sequence[list[int]]) -> None:
         self.findings, self.axes = deck, deck.axes
         self.places = deck.nodes
         self.options: dict[int, dict[int, int]] = {
@@ -174,7 +174,6 @@ class Lumps:
             for number, options in archive.key_option.items()
         }
         self.kinds = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
-        rows = [[int(value) for value in row] for row in archive.elem]
         self.rows = [row for row in rows if self.kinds.get(row[_TYPE]) in LUMP_TYPES]
         self.reals = real_constants(archive, text) if self.rows else {}
 
