@@ -272,6 +272,7 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
         materials=materials,
         contact_pairs=imported.contact_pairs,
         pretension_sections=imported.pretension_sections,
+        load_steps=imported.load_steps,
         warnings=tuple(warnings),
         notes=notes,
     )
@@ -353,6 +354,7 @@ def converted(model: ImportedModel, factors: Conversion) -> ImportedModel:
         mesh=None if mesh is None else replace(mesh, nodes=factors.length * mesh.nodes),
         materials={name: factors.material(material) for name, material in model.materials.items()},
         speed=model.speed / factors.time,
+        load_steps={name: step.converted(factors) for name, step in model.load_steps.items()},
     )
 
 

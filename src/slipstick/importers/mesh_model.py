@@ -102,6 +102,7 @@ def assemble_mesh(
         symmetry=symmetry,
         contact_pairs=deck.contact_pairs,
         pretension_sections=deck.pretension_sections,
+        load_steps=deck.load_steps,
     )
     if symmetry is None or not any(stated.cyclic for stated in deck.stated):
         return model
