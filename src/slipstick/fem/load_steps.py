@@ -103,10 +103,13 @@ class LoadStep:
         for each in known["loads"]:
             if each["kind"] not in DIMENSIONS or not isfinite(each["value"]):
                 raise ValueError(f"a load of the kind {each['kind']}, {each['value']}")
-            vectors = {name: _vector(each[name]) for name in ("direction", "point")}
-            words = {name: str(each[name]) for name in ("kind", "where", "amplitude")}
-            numbers = {"value": float(each["value"]), "axis": int(each["axis"]), "face": int(each["face"])}
-            loads.append(StepLoad(**words, **numbers, **vectors, replaces=bool(each["replaces"])))
+            loads.append(
+                StepLoad(
+                    kind=str(each["kind"]), where=str(each["where"]), value=float(each["value"]),
+                    axis=int(each["axis"]), direction=_vector(each["direction"]), point=_vector(each["point"]),
+                    face=int(each["face"]), amplitude=str(each["amplitude"]), replaces=bool(each["replaces"]),
+                )
+            )  # fmt: skip
         flags = {name: bool(known[name]) for name in ("large", "perturbation")}
         return cls(procedure=str(known["procedure"]), loads=tuple(loads), **flags)
 
