@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.errors import Fault, InputError
+from slipstick.faults import LARGEST
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.elements import ELEMENTS, FACES
+from slipstick.fem.extras import read_by_meshio
 from slipstick.fem.geometry import face_geometry, tangents
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel
@@ -166,6 +168,9 @@ def _read(
         table = _of_mesh(file, columns)
     else:
         table = _of_columns(model, mesh, surfaces, file, columns, doubts)
+    numbers = [part for part in (table.places, table.pressures, table.gaps, table.areas) if part is not None]
+    if any(np.nanmax(np.abs(part), initial=0.0) > LARGEST for part in numbers):
+        raise InputError(Fault(str(file), f"has numbers beyond {LARGEST:g}", remedy="check its columns and units"))
     if not np.isfinite(table.places).all() or (table.areas is not None and not np.isfinite(table.areas).all()):
         raise InputError(Fault(str(file), "has places or areas that are no finite numbers"))
     known = np.isfinite(table.pressures)
@@ -259,7 +264,7 @@ def _at_nodes(
     row_of = np.array([rows.get(int(label), -1) for label in mesh.labels.tolist()], dtype=np.int64)
     known = [surface.nodes[row_of[surface.nodes] >= 0] for surface in surfaces]
     if not any(map(len, known)):
-        some = ", ".join(f"{label:.0f}" for label in labels[:3])
+        some = ", ".join(f"{label:.10g}" for label in labels[:3])
         what = f"names nodes ({some}, ...) of which neither surface has any"
         raise InputError(Fault(str(file), what, remedy="give the table of this pair, or x, y and z"))
     pressed = [float(have["pressure"][row_of[nodes]].max(initial=0.0)) > 0.0 for nodes in known]
@@ -316,7 +321,7 @@ def _at_elements(
                     places.append(middle / size)
         if order:
             return np.array(order, dtype=np.int64), np.array(places), np.array(areas)
-    some = ", ".join(f"{label:.0f}" for label in labels[:3])
+    some = ", ".join(f"{label:.10g}" for label in labels[:3])
     what = f"names elements ({some}, ...) that have no face on either surface"
     raise InputError(Fault(str(file), what, remedy="give the table of this pair, or x, y and z"))
 
@@ -341,15 +346,9 @@ def _owners(mesh: Mesh, surface: Surface) -> dict[tuple[int, ...], int]:
 
 def _of_mesh(file: Path, columns: Mapping[str, str] | None) -> _Table:
     """Points or faces of a file that meshio reads."""
-    try:
-        import meshio
-    except ImportError:
-        raise InputError(Fault(str(file), "needs meshio", remedy="pip install slipstick[fe]")) from None
-    try:
-        data = meshio.read(file)
-    except (Exception, SystemExit) as error:
-        said = str(error).strip() or type(error).__name__
-        raise InputError(Fault(str(file), f"is damaged or not a mesh that meshio reads ({said})")) from None
+    if not file.is_file():
+        raise InputError(Fault(str(file), "there is no such file"))
+    data = read_by_meshio(file)
     points = np.asarray(data.points, dtype=float)
     points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     flat = [(block.data, i) for i, block in enumerate(data.cells) if block.type.startswith(("triangle", "quad"))]

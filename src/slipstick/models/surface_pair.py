@@ -34,6 +34,7 @@ from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
 from slipstick.fem.ties import face_size, project
+from slipstick.fem.unit_systems import other_units
 from slipstick.models.mapped_pressure import NAMES, MappedPressure, mapped_pressure
 from slipstick.typing import Array, Reals
 
@@ -291,6 +292,12 @@ class _Ends:
         """Both names."""
         return " and ".join(self.called)
 
+    @property
+    def spans(self) -> tuple[float, float]:
+        """Largest dimension of each surface."""
+        one, other = (float(np.ptp(self.mesh.nodes[surface.nodes], axis=0).max()) for surface in self.surfaces)
+        return one, other
+
     def shares(self, covered: Sequence[float]) -> list[float]:
         """Areas over those of the surfaces."""
         return [part / area(self.mesh, surface) for part, surface in zip(covered, self.surfaces, strict=True)]
@@ -305,6 +312,8 @@ def _faced(ends: _Ends, method: str, found: _Found) -> Facing:
     shares = ends.shares(facing.covered)
     covered = " and ".join(f"{100.0 * share:.4g} % of {name}" for share, name in zip(shares, ends.called, strict=True))
     total = facing.points.areas.sum()
+    if units := other_units(*ends.spans):
+        found.warnings.append(f"{ends.both} differ in size{units}")
     found.notes.append(f"{facing.points.count} points on an area of {total:.6g}, {covered}, within {ends.within:.3g}")
     if max(shares) < 1.0 - _UNMATCHED:
         found.warnings.append(
@@ -424,6 +433,7 @@ def _apart(ends: _Ends) -> Fault:
     if nearest > ends.within:
         how = "overlap" if ahead[int(feet.distances.argmin())] < -0.9 * nearest else "are apart"
         what = f"{ends.both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {ends.within:.3g}"
+        what += other_units(*ends.spans)
         return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
     looks = [_mean_normal(ends.mesh, surface) for surface in ends.surfaces]
     sizes = [float(np.linalg.norm(look)) for look in looks]

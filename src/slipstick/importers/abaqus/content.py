@@ -74,6 +74,7 @@ class Content(Deck):
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
     interaction: str = ""
+    interactions: set[str] = field(default_factory=set)
     friction: dict[str, float] = field(default_factory=dict)
     glued: set[str] = field(default_factory=set)
     pairs: list[tuple[SurfacePair, Place]] = field(default_factory=list)

@@ -92,7 +92,7 @@ def _label(row: list[str]) -> str:
 
 
 def _force(content: Content, row: list[str]) -> StepLoad | None:
-    where = set_name(row[0], content.node_sets)
+    where = _nodes(content, row[0])
     axis, value = whole_number(row[1]), fortran_real(row[2])
     bolt = _bolt(content, where)
     if bolt:
@@ -143,7 +143,15 @@ def _distributed(content: Content, row: list[str]) -> StepLoad | None:
 
 
 def _temperature(content: Content, row: list[str]) -> StepLoad:
-    return StepLoad(kind="temperature", where=set_name(row[0], content.node_sets), value=fortran_real(row[1]))
+    return StepLoad(kind="temperature", where=_nodes(content, row[0]), value=fortran_real(row[1]))
+
+
+def _nodes(content: Content, word: str) -> str:
+    """A node set, or a node of the file."""
+    where = set_name(word, content.node_sets)
+    if where.isdigit() and int(where) not in content.nodes:
+        raise KeyError(f"node {where}")
+    return where
 
 
 def _three(words: list[str]) -> Vector:

@@ -21,6 +21,7 @@ from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation, in_global, supports
+from slipstick.fem.extras import require
 from slipstick.fem.materials import Material
 from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.ansys.commands import COMMANDS, classify_commands, commands
@@ -28,7 +29,6 @@ from slipstick.importers.ansys.couplings import Lumps, read_equations
 from slipstick.importers.ansys.interfaces import INTERFACES, Interfaces, read_friction
 from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.findings import DAMAGED, Coupling, Findings, Verdict, refused
-from slipstick.importers.formats import require
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number

@@ -146,7 +146,7 @@ class Interfaces:
         """
         found: dict[str, Surface | IntArray] = {}
         for number, part in self._sections.items():
-            cut = node_indices(mesh.labels, np.array(sorted({row[_HEAD] for row in part})), self.deck.source)
+            cut = node_indices(mesh.labels, np.array(sorted({row[_HEAD] for row in part})), f"section {number}")
             faces = section_faces(mesh, cut.tolist(), self._beside[number])
             if not faces.n_faces:
                 where = Place(self.deck.source, f"PRETS179 of section {number}")
@@ -220,7 +220,7 @@ class Interfaces:
     def _faces(self, mesh: Mesh, rows: Sequence[Sequence[int]]) -> Surface | IntArray | None:
         """Outer faces of solids that elements lie on, or their single nodes; None where there are none."""
         corners = {count: [c for row in rows if len(c := _corners(row[_HEAD:])) == count] for count in (1, 3, 4)}
-        where = f"{self.deck.source}: a contact or target element"
+        where = f"a contact or target element of real constants {rows[0][_REAL]}"
         at = {count: node_indices(mesh.labels, np.array(part), where) for count, part in corners.items() if part}
         if 1 in at:
             return np.unique(at[1])
