@@ -78,7 +78,7 @@ class LoadStep:
     Attributes
     ----------
     procedure
-        Such as "static"; empty for what holds before the first step.
+        "static" or another one that loads the model; empty for others, and for what holds before the first step.
     large
         Whether displacements are large (``NLGEOM``).
     perturbation

@@ -72,6 +72,12 @@ def test_bodies_of_elements_touch_by_their_outer_faces(tmp_path, own, row, mu):
     assert [model.mesh.surface(name).n_faces for name in ("region 11", "region 12")] == [6, 16]
 
 
+def test_regions_of_properties(tmp_path):
+    """All solids are of property 7: the region is all that lies outside."""
+    model = read(tmp_path, REGIONS + card("BCPROPS", 8, 7) + card("BCTSET", 1, 3, 8))
+    assert model.mesh.surface("region 8").n_faces == 6 + 16
+
+
 @pytest.mark.parametrize("direction", [3, 2])
 def test_a_bolt_is_whole(tmp_path, direction):
     """Grid points across it, and a coordinate system whose second axis is z."""
@@ -99,7 +105,7 @@ def test_a_bolt_is_whole(tmp_path, direction):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (card("BCTSET", 9, 3, 7), "BCTSET names region 7, which no BSURFS or BSURF of solids makes"),
+        (card("BCTSET", 9, 3, 7), "BCTSET names region 7, which no BSURFS, BSURF or BCPROPS of solids makes"),
         (card("BCTSET", 9, 3, 4, -0.2), "BCTSET cannot be read (a coefficient of friction of -0.2)"),
         (card("BCTSET", 9, 3, "four"), "BCTSET cannot be read"),
         (faces(3, "low.z1"), "BSURFS gives region 3 twice"),

@@ -1,8 +1,9 @@
 """Contact pairs and bolts of Nastran bulk data.
 
-Simcenter (NX): regions of faces (BSURFS) in pairs with friction (BCTSET), sets of pairs joined (BCTADD) and chosen by
-BCSET of the case control. MSC: bodies (BCBODY) of elements (BSURF), whose outer faces touch as BCTABLE says. A BOLT of
-solids is a section of grid points across it. BSURF of Simcenter names shells, which are not read.
+Simcenter (NX): regions of faces (BSURFS), or the outer ones of properties (BCPROPS), in pairs with friction (BCTSET),
+sets of pairs joined (BCTADD) and chosen by BCSET of the case control. MSC: bodies (BCBODY) of elements (BSURF), whose
+outer faces touch as BCTABLE says. A BOLT of solids is a section of grid points across it. BSURF of Simcenter names
+shells, which are not read.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from slipstick.importers.nastran.couplings import selected
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import Array, IntArray
 
-CONTACT_CARDS = "BSURFS BSURF BCTSET BCTADD BCTABLE BCBODY BCBODY1 BCTPARA BOLT"
+CONTACT_CARDS = "BSURFS BSURF BCPROPS BCTSET BCTADD BCTABLE BCBODY BCBODY1 BCTPARA BOLT"
 _SLIDING, _LISTED = ("SLAVE", "SECNDRY"), ("MASTERS", "PRIMARY")
 _WORDS = (*_SLIDING, *_LISTED, "FBSH", "BKGL", "SECTORS", "SEGMENT")
 _GLUED = "glues surfaces together"
@@ -76,7 +77,9 @@ class Contacts:
         for stated in self._pairs():
             for number in (stated.first, stated.second):
                 if number not in regions:
-                    raise refused(stated.where, f"names region {number}, which no BSURFS or BSURF of solids makes")
+                    raise refused(
+                        stated.where, f"names region {number}, which no BSURFS, BSURF or BCPROPS of solids makes"
+                    )
             names = [f"region {number}" for number in (stated.first, stated.second)]
             self.deck.contact_pairs["/".join(names)] = SurfacePair(
                 dependent=names[0], independent=names[1], mu=stated.mu, interaction=stated.name
@@ -112,15 +115,17 @@ class Contacts:
                 found[number] = _faces(mesh, at, fields[4:], where)
                 return
             elements = labels_of(fields[1:])
+            if where[-1] == "BCPROPS":
+                elements = [e for p in elements for e in self.deck.element_sets.get(f"property {p}", ())]
             surface = outer_faces(mesh, element_positions(mesh, elements))
             if surface.n_faces:
                 found[number] = surface
             else:
                 what = f"names elements ({elements[0] if elements else 'none'}, ...) with no outer face of a solid"
-                self.deck.add(Verdict.COUPLING, "BSURF", f"{what}: contact of shells is not read", line)
+                self.deck.add(Verdict.COUPLING, str(where[-1]), f"{what}: contact of shells is not read", line)
             yield from ()
 
-        self._each(take, "BSURFS", "BSURF")
+        self._each(take, "BSURFS", "BSURF", "BCPROPS")
         return found
 
     def _pairs(self) -> list[_Stated]:
