@@ -259,7 +259,15 @@ def _pressed(
     try:
         return mapped_pressure(model, ends.surfaces, points, file, columns=columns, within=ends.within)
     except InputError as error:
-        raise InputError([fault.inside("pressure") for fault in error.faults]) from None
+        raise InputError([_of_file(fault, file) for fault in error.faults]) from None
+
+
+def _of_file(fault: Fault, file: Path) -> Fault:
+    """A fault of a file at the argument that names it, or those of its columns at theirs."""
+    where = tuple(part for part in fault.where if str(part) not in (str(file), file.name))
+    if where[:1] == ("columns",):
+        return replace(fault, where=where)
+    return replace(fault, where=("pressure", *where), statement=" ".join([file.name, *fault.statement.split()]))
 
 
 def _gaps_below(mapped: MappedPressure, gaps: Array, contact: FrictionContact) -> Array:
