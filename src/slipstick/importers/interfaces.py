@@ -60,6 +60,13 @@ def element_positions(mesh: Mesh, labels: Collection[int]) -> dict[str, IntArray
     return {kind: np.flatnonzero(np.isin(part, wanted)) for kind, part in (mesh.element_labels or {}).items()}
 
 
+def kept_note(deck: Deck) -> Iterator[str]:
+    """A sentence on the loads that are kept."""
+    if deck.load_steps:
+        steps = ", ".join(f"{name} ({len(step.loads)})" for name, step in deck.load_steps.items())
+        yield f"{deck.source}: loads are kept as model.load_steps and have no effect here: {steps}"
+
+
 _RATHER_PERCENT = 3.0
 """Coefficients of friction above it are no such."""
 _APART = 3.0

@@ -7,6 +7,7 @@ from helpers.ansys import PULL, stack_text
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import StepLoad
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.importers.import_model import read_model
@@ -160,3 +161,31 @@ def test_a_cut_bolt_is_whole(tmp_path):
         ours, theirs = np.linalg.eigvalsh(ours.toarray()), np.linalg.eigvalsh(theirs.toarray())
         np.testing.assert_allclose(ours, theirs, atol=1e-12 * theirs.max())
     assert PULL not in model.mesh.nodes[model.mesh.used_nodes].tolist()
+
+
+@pytest.mark.parametrize(
+    ("more", "steps"),
+    [
+        (
+            "SLOAD,3,PL01,TINY,FORC,5000.,2,3\n",
+            {
+                "STEP-2": (StepLoad(kind="bolt force", where="pretension 3", value=5000.0),),
+                "STEP-3": (StepLoad(kind="bolt locked", where="pretension 3"),),
+            },
+        ),
+        (
+            "SLOAD,3,PL01,LOCK,DISP,0.01,1\n",
+            {"STEP-1": (StepLoad(kind="bolt shortening", where="pretension 3", value=0.01),)},
+        ),
+        ("F,17,FX,5000.\n", {"STEP-1": (StepLoad(kind="bolt force", where="pretension 3", value=5000.0),)}),
+        ("SLOAD,9,PL01,TINY,FORC,5000.\nF,5,FX,1.\n", {}),
+    ],
+)
+def test_loads_of_bolts_are_kept(tmp_path, more, steps):
+    model = read(tmp_path, BOLT, SECTION + more)
+    assert {name: step.loads for name, step in model.load_steps.items()} == steps
+
+
+def test_a_load_of_a_bolt_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match="SLOAD cannot be read"):
+        read(tmp_path, BOLT, SECTION + "SLOAD,3,PL01,TINY,FORC,high\n")

@@ -7,6 +7,7 @@ from helpers.bulk import MATERIAL, card, lines_of, write
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.interfaces import SurfacePair
+from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import together
 from slipstick.importers.import_model import read_model
 
@@ -91,6 +92,8 @@ def test_a_bolt_is_whole(tmp_path, direction):
     assert [*model.pretension_sections] == ["bolt 5"]
     section = model.pretension_sections["bolt 5"]
     assert section.node == 0
+    load = StepLoad(kind="bolt force", where="bolt 5", value=5000.0)
+    assert model.load_steps == {"BOLTFOR 1": LoadStep(procedure="static", loads=(load,))}
     np.testing.assert_allclose(section.normal, (0.0, 0.0, 1.0), atol=1e-15)
     surface = model.mesh.surface("bolt 5")
     assert surface.n_faces == 1

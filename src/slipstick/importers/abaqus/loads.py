@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -165,10 +165,3 @@ _MADE: Mapping[str, Callable[[Content, list[str]], StepLoad | None]] = {
     "DLOAD": _distributed,
     "TEMPERATURE": _temperature,
 }
-
-
-def loads_note(content: Content) -> Iterator[str]:
-    """A sentence on what was kept."""
-    if content.load_steps:
-        steps = ", ".join(f"{name} ({len(step.loads)})" for name, step in content.load_steps.items())
-        yield f"{content.source}: loads are kept as model.load_steps and have no effect here: {steps}"

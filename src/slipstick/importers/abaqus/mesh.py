@@ -19,11 +19,12 @@ from slipstick.importers.abaqus.content import Content, named
 from slipstick.importers.abaqus.couplings import frames
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.abaqus.interfaces import pairs_of, sections_there
-from slipstick.importers.abaqus.loads import loads_note, steps_of
+from slipstick.importers.abaqus.loads import steps_of
 from slipstick.importers.abaqus.ties import moved_onto, symmetry_of, tie_warnings
 from slipstick.importers.deck import Deck, Stated, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.grouped import with_named_places
+from slipstick.importers.interfaces import kept_note
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.typing import IntArray
 
@@ -67,7 +68,7 @@ def read_input(path: Path) -> Deck:
     deck.contact_pairs = pairs_of(deck, deck.mesh)
     sections_there(deck, deck.mesh)
     deck.load_steps = steps_of(deck)
-    deck.extra += loads_note(deck)
+    deck.extra += kept_note(deck)
     deck.symmetry = partial(symmetry_of, deck)
     return deck
 

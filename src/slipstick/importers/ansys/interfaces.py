@@ -15,12 +15,13 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.ansys.couplings import real_constants
 from slipstick.importers.deck import Deck, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused, with_more
-from slipstick.importers.interfaces import APART, WHOLE, section_faces
+from slipstick.importers.interfaces import APART, WHOLE, kept_note, section_faces
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import IntArray
 
@@ -104,7 +105,7 @@ class Interfaces:
         """The node that stands for another one."""
         return self._joined.get(node, node)
 
-    @COMMANDS.reads("SECTYPE SECDATA")
+    @COMMANDS.reads("SECTYPE SECDATA SLOAD")
     def sections(self) -> None:
         """Keep pretension sections as those of other codes: node, normal, and the faces of one side as a surface."""
         normals = dict(self._normals())
@@ -118,6 +119,28 @@ class Interfaces:
                 node=loaded.pop(), normal=normals.get(number)
             )
         self._tell("PRETS179 of section", [*self._sections], WHOLE)
+        steps: dict[int, list[StepLoad]] = {}
+        for step, load in self._loads():
+            steps.setdefault(step, []).append(load)
+        for step, loads in sorted(steps.items()):
+            self.deck.load_steps[f"STEP-{step}"] = LoadStep(procedure="static", loads=tuple(loads))
+        self.deck.extra += kept_note(self.deck)
+
+    def _loads(self) -> Iterator[tuple[int, StepLoad]]:
+        """Loads of bolts and the steps they begin in: of SLOAD, and of F and D on the node of a section."""
+        names = {section.node: name for name, section in self.deck.pretension_sections.items()}
+        for line, name, words in commands(self.text):
+            with reading(Place(self.deck.source, f"line {line}", name)):
+                words = [*words, *[""] * 7]
+                if name == "SLOAD" and (section := f"pretension {words[0]}") in self.deck.pretension_sections:
+                    kind = "bolt shortening" if words[3].upper().startswith("DISP") else "bolt force"
+                    value = fortran_real(words[4]) if words[4] else 0.0
+                    yield max(whole_number(words[5] or "1"), 1), StepLoad(kind=kind, where=section, value=value)
+                    if words[6] and whole_number(words[6]):
+                        yield whole_number(words[6]), StepLoad(kind="bolt locked", where=section)
+                elif name in ("F", "D") and words[0].isdigit() and int(words[0]) in names and words[2]:
+                    kind = "bolt force" if name == "F" else "bolt shortening"
+                    yield 1, StepLoad(kind=kind, where=names[int(words[0])], value=fortran_real(words[2]))
 
     def _tell(self, numbered: str, numbers: Sequence[int], what: str) -> None:
         """One warning for all pairs, or for all sections."""

@@ -19,16 +19,24 @@ import numpy as np
 from slipstick.errors import Place
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
-from slipstick.importers.interfaces import APART, WHOLE, element_positions, outer_faces, section_faces
+from slipstick.importers.interfaces import (
+    APART,
+    WHOLE,
+    element_positions,
+    kept_note,
+    outer_faces,
+    section_faces,
+)
 from slipstick.importers.nastran.bulk import BulkData, labels_of
 from slipstick.importers.nastran.couplings import selected
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import Array, IntArray
 
-CONTACT_CARDS = "BSURFS BSURF BCPROPS BCTSET BCTADD BCTABLE BCBODY BCBODY1 BCTPARA BOLT"
+CONTACT_CARDS = "BSURFS BSURF BCPROPS BCTSET BCTADD BCTABLE BCBODY BCBODY1 BCTPARA BOLT BOLTFOR BOLTLD"
 _SLIDING, _LISTED = ("SLAVE", "SECNDRY"), ("MASTERS", "PRIMARY")
 _WORDS = (*_SLIDING, *_LISTED, "FBSH", "BKGL", "SECTORS", "SEGMENT")
 _GLUED = "glues surfaces together"
@@ -87,6 +95,11 @@ class Contacts:
             self.deck.add(Verdict.APPROXIMATED, stated.name.split()[0], APART, stated.line)
         surfaces = {f"region {number}": surface for number, surface in regions.items()}
         surfaces |= dict(self._each(partial(self._bolt, mesh), "BOLT"))
+        steps: dict[str, list[StepLoad]] = {}
+        for name, load in self._each(self._bolt_load, "BOLTFOR", "BOLTLD"):
+            steps.setdefault(name, []).append(load)
+        self.deck.load_steps = {name: LoadStep(procedure="static", loads=tuple(part)) for name, part in steps.items()}
+        self.deck.extra += kept_note(self.deck)
         return replace(mesh, surfaces={**mesh.surfaces, **surfaces})
 
     def _each(self, read: Callable[[Place, int, list[str]], Iterable[Made]], *names: str) -> list[Made]:
@@ -211,6 +224,15 @@ class Contacts:
         self.deck.pretension_sections[f"bolt {number}"] = PretensionSection(node=0, normal=(x, y, z))
         self.deck.add(Verdict.APPROXIMATED, "BOLT", WHOLE, line)
         yield f"bolt {number}", surface
+
+    def _bolt_load(self, where: Place, line: int, fields: list[str]) -> Iterator[tuple[str, StepLoad]]:
+        """Set, force and bolts; those that are kept under no name are told of where they stand."""
+        self.deck.add(Verdict.HARMLESS, str(where[-1]), "", line)
+        value = fortran_real(fields[1])
+        for number in labels_of(fields[2:]):
+            if f"bolt {number}" in self.deck.pretension_sections:
+                load = StepLoad(kind="bolt force", where=f"bolt {number}", value=value)
+                yield f"{where[-1]} {whole_number(fields[0])}", load
 
     def _axis(self, system: str, direction: int, at: Array) -> Array:
         if not 1 <= direction <= 3:

@@ -45,7 +45,7 @@ MESH_CARDS = Table(
     ("BGSET BGADD", Verdict.COUPLING, "glues surfaces together"),
     ("BLSEG", Verdict.COUPLING, "holds lines in contact"),
     ("BCTPARM BCPARA BCRPARA BFRIC BCONPRG BCONPRP BCBDPRP BOUTPUT BWIDTH", Verdict.HARMLESS, ""),
-    ("BOLTFOR BOLTFRC BOLTLD BOLTSEQ", Verdict.HARMLESS, ""),
+    ("BOLTFRC BOLTSEQ", Verdict.HARMLESS, ""),
     ("SUPORT SUPORT1", Verdict.HARMLESS, ""),
     ("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
     ("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
