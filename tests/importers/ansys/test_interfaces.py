@@ -109,6 +109,8 @@ def test_friction_of_the_contact_material(tmp_path, more, mu, said):
         ([PAIR[0], (2, 3, 7, 1, [9, 10, 17])], "", "has target element 4 on no outer face"),
         (PAIR, "MP,MU,2,-0.1\n", "m.cdb: material 2, MU: found -0.1; expected 0 or more"),
         (PAIR, "MP,MU,2,high\n", "MP cannot be read"),
+        (PAIR, "R,7,,,stiff\n", "R cannot be read"),
+        (PAIR, "RMODIF,7,1e30,2.\n", "RMODIF cannot be read"),
         (BOLT, "SECTYPE,3,PRETENSION\nSECDATA,17,0.0,0.0,0.0\n", "SECDATA cannot be read (a normal without length)"),
         ([(1, 4, 1, 3, [5, 13, 17])], SECTION, "joins the nodes 5 and 13, which lie 1 apart"),
         ([(1, 4, 1, 3, [5, 99, 17])], SECTION, "names node 99, which the file does not have"),

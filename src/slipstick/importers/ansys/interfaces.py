@@ -188,7 +188,7 @@ class Interfaces:
         if lone:
             what = f"{lone} elements of type TARGE170 have no contact element with their real constants: left out"
             self.deck.extra.append(f"{self.deck.source}: {what}")
-        constants = real_constants(self.archive, self.text) if contacts else {}
+        constants = real_constants(self.archive, self.text, self.deck.source) if contacts else {}
         found: dict[str, Surface | IntArray] = {}
         kept: list[int] = []
         for real, part in contacts.items():
