@@ -253,6 +253,8 @@ def test_units_of_a_column(tmp_path):
         ("x,y,z,p\n0.5,0.5,0.2,-1.0\n", {}, "has no pressure above 0: they go from -1 to -1"),
         ("x,y,z,p\n0.5,0.5,0.2,\n", {}, "has no pressure that is a finite number"),
         ("x,y,z,p,area\n0.5,0.5,0.2,1.0,-1.0\n", {}, "has areas below 0"),
+        ("x,y,z,p,area\n0.5,0.5,0.2,1.0,0.0\n", {}, "has no area above 0"),
+        ("x,y,z,p,area\n0.5,0.5,0.2,1.0,0.0\n0.2,0.5,0.2,0.0,1.0\n", {}, "has no pressure on an area"),
         ("x,y,z,p\n,0.5,0.2,1.0\n", {}, "has places or areas that are no finite numbers"),
         ("x,y,z,p [furlong]\n0.5,0.5,0.2,1.0\n", {"units": "SI"}, "found the unit 'furlong'"),
         ("x,y,z,p\n0.5,0.5,0.2,1.0\n", {"columns": {"pressure": "q"}}, "there is no column 'q'"),

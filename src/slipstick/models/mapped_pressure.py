@@ -224,6 +224,8 @@ def _of_columns(
     own = have.get("area")
     if own is not None and np.any(own < 0.0):
         raise InputError(Fault(str(file), "has areas below 0"))
+    if own is not None and not np.any(own > 0.0):
+        raise InputError(Fault(str(file), "has no area above 0", remedy="leave the column of areas out"))
     return _Table(
         places=places, pressures=have["pressure"][order], gaps=None if "gap" not in have else have["gap"][order],
         areas=areas if own is None else own[order],
@@ -350,9 +352,13 @@ def _of_mesh(file: Path, columns: Mapping[str, str] | None) -> _Table:
         raise InputError(Fault(str(file), "there is no such file"))
     data = read_by_meshio(file)
     points = np.asarray(data.points, dtype=float)
+    if not np.isfinite(points).all() or np.abs(points).max(initial=0.0) > LARGEST:
+        raise InputError(Fault(str(file), "has points that are no finite numbers"))
     points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     flat = [(block.data, i) for i, block in enumerate(data.cells) if block.type.startswith(("triangle", "quad"))]
     faces = [(np.asarray(cells)[:, : _corners(cells.shape[1])], i) for cells, i in flat]
+    if any(cells.size and not 0 <= cells.min() <= cells.max() < len(points) for cells, _ in faces):
+        raise InputError(Fault(str(file), f"has faces with points beyond its {len(points)}"))
     for fields, of_cells in ((data.point_data, False), (data.cell_data, True)):
         names = {what: _field(fields, what, columns) for what in ("pressure", "gap")}
         if names["pressure"] is None:
@@ -496,6 +502,8 @@ def _balanced(
     forces = points.areas * pressures
     have = six(points.positions, points.normals, forces)
     scale = float(np.linalg.norm(wanted))
+    if not scale > 0.0:
+        raise InputError(Fault(str(file), "has no pressure on an area", remedy="check its areas, or leave them out"))
     shapes = np.concatenate([points.normals, np.cross(points.positions - about, points.normals) / size], axis=1)
     gram = np.einsum("ni,n,nj->ij", shapes, forces, shapes)
     factor = 1.0 + shapes @ (np.linalg.pinv(gram, rcond=_TURNED, hermitian=True) @ (wanted - have))
