@@ -1,5 +1,6 @@
 """What is suspicious of pairs and sections of bolts, in the same words for every code."""
 
+import numpy as np
 import pytest
 from helpers.ansys import stack_text
 from helpers.input_file import CUBE, HELD, write
@@ -92,3 +93,14 @@ def test_parts_in_different_units_are_suspected(tmp_path):
     assert said.startswith("m.cdb: contact pair contact 7/target 7 has surfaces that lie")
     assert said.endswith("they span 1 and 1e+03: is one in mm, one in m?")
     assert "nodes 7 and 9" in said
+
+
+def test_matrices_may_hold_the_contacts(tmp_path):
+    """Pairs of a mesh beside matrices are kept too; whether the other code's contacts are in these nobody can see."""
+    path = write(tmp_path, CUBE + HELD + SIDES + "*CONTACT PAIR, INTERACTION=Dry\nLow, Front\n")
+    whole = read_model(path, quiet=True)
+    bundle = {"K": whole.K.toarray(), "M": whole.M.toarray(), "dof_nodes": whole.dof_nodes}
+    np.savez(tmp_path / "m.npz", **bundle, dof_components=whole.dof_components + 1)
+    model = read_model([tmp_path / "m.npz", path], quiet=True)
+    assert model.contact_pairs == whole.contact_pairs
+    assert any("the matrices may hold the contact stiffness of LOW/FRONT" in sentence for sentence in model.warnings)

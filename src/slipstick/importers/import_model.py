@@ -256,6 +256,9 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
     warnings = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     warnings += [coupling.beside_matrices for coupling in imported.applied]
     warnings += linear_warnings(mesh, model.source, ("tet4",))
+    if imported.contact_pairs:
+        what = f"the matrices may hold the contact stiffness of {next(iter(imported.contact_pairs))}"
+        warnings.append(f"{model.source}: {what} and others: export them without contacts where joints are put")
     notes = (*model.notes, *imported.notes)
     if materials:
         warnings += mass_warnings(model, mesh, material or materials, imported.lumped, imported.held_rows)
