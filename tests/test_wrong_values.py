@@ -146,6 +146,12 @@ def case_file() -> Callable[..., ss.Case]:
     return ss.Case.from_file
 
 
+def pressed() -> Callable[..., Any]:
+    """A pair of surfaces with the pressures of a file beside it."""
+    Path("p.csv").write_text("x,y,z,CPRESS\n0.01,0.02,0.005,1e6\n0.02,0.02,0.005,2e6\n")
+    return ss.surface_pair
+
+
 def ended() -> Callable[..., Any]:
     """Goes on with what is complete."""
     if not Path("run").exists():
@@ -507,6 +513,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "model": LEAVES, "first": "a.y1", "second": "b.y0", "contact": PLANAR_LAW, "name": "joint", "points": 2,
             "gap": "geometry", "method": "faces", "direction": [1.0, 0.0, 0.0], "within": 0.01,
+        },
+    ),
+    "surface_pair with pressures": (
+        pressed,
+        {
+            "model": LEAVES, "first": "a.y1", "second": "b.y0", "contact": PLANAR_LAW, "points": 2,
+            "pressure": "p.csv", "columns": {"x": "x", "y": "y", "z": "z", "pressure": "CPRESS"},
         },
     ),
     "reduced_body with a pair": (

@@ -160,3 +160,50 @@ def test_faults_of_joints_are_told_at_their_key(folder, old, new, said):
 def test_warnings_of_joints_are_those_of_the_case(folder):
     found = case(folder, CASE.replace("points = 6", "points = 1"))
     assert any("1 patch for both surfaces" in sentence for sentence in found.warnings())
+
+
+PRESSED = CASE.replace("points = 6\n", 'points = 6\npressure = "p.csv"\n')
+
+
+@pytest.fixture
+def pressed(folder):
+    """A table of places with areas: 2 MPa, more to one side."""
+    x, y = (part.ravel() for part in np.meshgrid((np.arange(12) + 0.5) / 200.0, (np.arange(8) + 0.5) / 200.0))
+    rows = np.stack([x, y, np.full_like(x, 0.004), 2e6 * (1.0 + 5.0 * x), np.full_like(x, 2.5e-5)], axis=1)
+    np.savetxt(folder / "p.csv", rows, delimiter=",", header="x,y,z,CPRESS,area", comments="", fmt="%.17g")
+    return folder
+
+
+def test_pressures_of_a_file_are_those_of_python(pressed):
+    problem = case(pressed, PRESSED).problem()
+    model = ss.import_model(pressed / "leaves.h5")
+    law = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, gap=0.0)
+    joint = ss.surface_pair(
+        model, "lower.z1", "upper.z0", contact=law, name="leaf", points=6, pressure=pressed / "p.csv"
+    )
+    assert joint.mapped.force[2] == pytest.approx(2e6 * (1.0 + 5.0 * 0.03) * 0.06 * 0.04, rel=1e-12)
+    assert [one.contact.gap for one in problem.contacts] == [one.contact.gap for one in joint]
+    assert list(problem.loads)[-len(joint.loads) :] == joint.loads
+    space = {"__name__": "script", "__file__": str(pressed / "case.py")}
+    exec(compile(python_script(PRESSED, "case.toml", pressed), "case.py", "exec"), space)  # the text is our own
+    again = space["problem"]()
+    assert [one.contact for one in again.contacts] == [one.contact for one in problem.contacts]
+    assert list(again.loads) == list(problem.loads)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"p.csv"', '"q.csv"', "there is no such file"),
+        ('"p.csv"', '"../p.csv"', "the path leaves the folder of the case"),
+        ('"p.csv"', '"leaves.h5"', "cannot be read as text"),
+        ('"p.csv"', '"p.csv"\ncolumns = { pressure = "q" }', "there is no column 'q'"),
+        ('"p.csv"', '"p.csv"\ngap = 1e-6', "is given together with pressure"),
+        ('pressure = "p.csv"', 'columns = { pressure = "q" }', "belongs to a file of pressures"),
+    ],
+)
+def test_faults_of_a_file_of_pressures(pressed, old, new, said):
+    with pytest.raises(ss.InputError) as caught:
+        case(pressed, PRESSED.replace(old, new)).problem()
+    assert said in str(caught.value)
+    assert "joint" in str(caught.value)

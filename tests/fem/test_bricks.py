@@ -79,6 +79,14 @@ def test_mean_strain_bends_by_steps_of_stress(across):
     assert bending(box((8.0, 1.0, 1.0), (8, across, across), "hex8r")) == pytest.approx(wanted, rel=5e-3)
 
 
+@pytest.mark.parametrize("length, width", [(1.0, 1.0), (2.0, 1.0), (2.0, 0.5), (1.0, 2.0), (5.0, 0.5)])
+def test_one_mean_strain_across_bends_by_its_edges(length, width):
+    """By the hourglass stiffness alone; the second moment is that of the width, nu = 0.3."""
+    wanted = 0.12 / 2.6 * (1.0 + length**2 + (length / width) ** 2)
+    mesh = box((8.0 * length, width, 1.0), (8, 1, 1), "hex8r")
+    assert bending(mesh) / width == pytest.approx(wanted, rel=1e-9)
+
+
 @pytest.mark.parametrize("kind, errors", [("hex8i", (6e-3, 2e-3)), ("hex8r", (0.16, 0.05))])
 def test_a_cantilever_approaches_the_frequency_of_beam_theory(kind, errors):
     """Of Timoshenko's beam; from above by incompatible modes, from below by mean strain."""

@@ -32,6 +32,26 @@ def archive_text(rows: list[list[int]], kind: int, points: list[tuple[float, flo
     )
 
 
+STACK = [(x, y, z) for z in (0.0, 1.0, 1.0, 2.0) for x, y in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]]
+"""Two bricks of side 1, one on the other one, with nodes of their own: 5 to 8 and 9 to 12 lie at the same places."""
+
+PULL = (5.0, 5.0, 5.0)
+"""Of node 17, which carries the load of a bolt."""
+
+
+def stack_text(others: list[tuple[int, int, int, int, list[int]]], more: str = "") -> str:
+    """Two bricks held at their base, and rows of other elements: material, type, real constants, section, nodes."""
+    text = archive_text([list(range(1, 9)), list(range(9, 17))], 185, [*STACK, PULL])
+    lines = "".join(
+        "".join(f"{n:9d}" for n in (*head, 0, 0, 0, 0, len(nodes), 0, number, *nodes)) + "\n"
+        for number, (*head, nodes) in enumerate(others, 3)
+    )
+    text = text.replace("EBLOCK,19,SOLID,2,2", f"EBLOCK,19,SOLID,{2 + len(others)},{2 + len(others)}")
+    text = text.replace("       -1\nMP", lines + "       -1\nMP")
+    types = "ET,1,185\nET,2,174\nET,3,170\nET,4,179\nET,5,175\n"
+    return text.replace("ET,1,185\n", types) + "D,1,UZ,0.\nD,3,ALL,0.\nD,4,ALL,0.\n" + more
+
+
 def write_harwell_boeing(path: Path, matrix, *, right_side: bool = False) -> None:
     """RSA: the lower half by columns, in Ansys' one-number lines."""
     lower = csc_array(triu(csc_array(matrix)).T)

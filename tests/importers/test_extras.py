@@ -7,12 +7,12 @@ import sys
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers import formats
+from slipstick.fem import extras
 
 
 def test_a_missing_extra_says_how_to_get_it():
     with pytest.raises(InputError, match=r"mapdl-archive, .* slipstick\[fe\]"):
-        formats.require("no_such_module_at_all", "mapdl-archive")
+        extras.require("no_such_module_at_all", "mapdl-archive")
 
 
 def test_importing_the_readers_loads_none_of_the_extras():

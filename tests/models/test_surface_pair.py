@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 
 import slipstick as ss
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
@@ -326,3 +326,16 @@ def test_a_pair_inside_a_sector():
         harmonics=ss.Harmonics([0, 1]),
     )
     assert len(wave.elements) == 12
+
+
+@pytest.mark.parametrize(("size", "apart"), [(1000.0, 0.0), (25.4, 0.0), (1000.0, 3000.0)])
+def test_bodies_in_different_units_are_suspected(size, apart):
+    low, high = box((1.0, 1.0, 0.2), (2, 2, 1)), box((size, size, size), (2, 2, 1), at=(0.0, 0.0, 0.2 + apart))
+    model = elastic_model(together({"low": low, "high": high}), STEEL, ["low.x0", "high.x0"])
+    said = rf"they span 1 and {size:.3g}: is one in mm, one in".replace("+", r"\+")
+    if apart:
+        with pytest.raises(InputError, match=said):
+            ss.surface_pair(model, "low.z1", "high.z0", contact=LAW)
+    else:
+        with pytest.warns(SlipstickWarning, match=said):
+            ss.surface_pair(model, "low.z1", "high.z0", contact=LAW)

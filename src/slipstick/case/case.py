@@ -15,6 +15,7 @@ from slipstick.case.cross_checks import (
     described_joints,
     heating_faults,
     joint_faults,
+    joint_loads,
     parameter_faults,
     reached_faults,
     request_faults,
@@ -153,7 +154,7 @@ class _Builder:
         problem = Problem(
             self._described.structure,
             contacts=[*(c.pair for c in self.placed), *described_joints(self._described)],
-            loads=self.loads,
+            loads=[*self.loads, *joint_loads(self._described)],
             harmonics=top.harmonics,
             outputs=None if output is None or self._described.disc is not None else output.table.dofs,
             period_ratio=self._sections.period_ratio or (1, 1),

@@ -57,6 +57,11 @@ def described_joints(described: Described) -> list[ContactPair]:
     return [] if described.body is None else [pair for joint in described.body.joints for pair in joint]
 
 
+def joint_loads(described: Described) -> list[Load]:
+    """Static loads that hold the pressures of joints which a file gives."""
+    return [] if described.body is None else [load for joint in described.body.joints for load in joint.loads]
+
+
 def joint_faults(raw: RawTable) -> Iterator[Fault]:
     """Joints where the structure has no surfaces, or beside heat, which none of them carries."""
     if not raw.get("joint"):

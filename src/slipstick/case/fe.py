@@ -247,9 +247,10 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     model = turning(imported_model(table, folder, tell), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
-    joints = build_joints(table.joints or [], model)
+    joints = build_joints(table.joints or [], model, folder)
     for joint in joints:
-        tell(f"structure: {joint.notes[0]}")
+        for note in (joint.notes[0], *(() if joint.mapped is None else joint.notes[-2:])):
+            tell(f"structure: {note}")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
     body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints])
     # judged once range and harmonics are known

@@ -5,11 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, ValidationError
 
-from slipstick.case.script_text import Call, Code
+from slipstick.case.script_text import Call, Code, here
+from slipstick.case.source import inside
 from slipstick.case.table import NotNegative, Positive, RawTable, Table
 from slipstick.errors import Fault, InputError, SlipstickWarning
 
@@ -48,13 +50,25 @@ class JointTable(Table):
     within: Positive | None = Field(
         default=None, description="a number > 0, the largest distance of places that face each other (length)"
     )
+    pressure: str | None = Field(
+        default=None, description="the name of a file with the pressures of another code: .csv, .dat, .rpt, .vtu"
+    )
+    columns: dict[str, str] | None = Field(
+        default=None, description='names of columns by what they are, such as { pressure = "CPRESS", node = "Node" }'
+    )
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load is said in one way."""
+        faults = []
         if "gap" in raw and "normal_load" in raw:
-            return [Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)")]
-        return []
+            faults.append(Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)"))
+        both = next((name for name in ("gap", "normal_load") if name in raw and "pressure" in raw), None)
+        if both is not None:
+            faults.append(Fault(both, "is given together with pressure", remedy="keep one: the file has the pressures"))
+        if "columns" in raw and "pressure" not in raw:
+            faults.append(Fault("columns", "belongs to a file of pressures", remedy="give pressure too"))
+        return faults
 
 
 def _right(tables: Any) -> list[JointTable] | None:
@@ -69,17 +83,20 @@ def _right(tables: Any) -> list[JointTable] | None:
 Joints = Annotated[list[JointTable] | None, PlainValidator(_right)]
 
 
-def joint_call(table: JointTable, model: Code) -> Call:
-    """The contacts of a joint."""
+def joint_call(table: JointTable, model: Code, folder: Path | None = None) -> Call:
+    """The contacts of a joint; files lie in a folder where it is made."""
     loaded = table.given("gap", "normal_load") or {"gap": 0.0}
     contact = Call("ss.PlanarFrictionContact", named={**table.given("kt", "kn", "mu"), **loaded})
     named = {"contact": contact, **table.given("name", "points", "method", "within")}
+    if table.pressure is not None:
+        file = here(table.pressure, None if folder is None else inside(folder, table.pressure))
+        named |= {"pressure": file, **table.given("columns")}
     return Call(
         "ss.surface_pair", (model, *table.surfaces), {**named, **({"gap": "touching"} if table.touching else {})}
     )
 
 
-def build_joints(tables: Sequence[JointTable], model: ImportedModel) -> list[SurfacePair]:
+def build_joints(tables: Sequence[JointTable], model: ImportedModel, folder: Path) -> list[SurfacePair]:
     """All joints of a model, silent: the reduced model keeps their warnings.
 
     Raises
@@ -92,12 +109,19 @@ def build_joints(tables: Sequence[JointTable], model: ImportedModel) -> list[Sur
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)
-                found.append(joint_call(table, Code("model", model)).made())
+                found.append(_joint(table, Code("model", model), folder).made())
         except InputError as error:
             faults += [_in_joint(fault, table.name) for fault in error.faults]
     if faults:
         raise InputError(faults)
     return found
+
+
+def _joint(table: JointTable, model: Code, folder: Path) -> Call:
+    try:
+        return joint_call(table, model, folder)
+    except InputError as error:
+        raise InputError([fault.inside("pressure") for fault in error.faults]) from None
 
 
 def _in_joint(fault: Fault, name: str) -> Fault:

@@ -101,6 +101,7 @@ def _problem(raw: RawTable, folder: Path) -> str:
     joints = [joint_variable(number) for number, _ in enumerate(raw.get("joint", []))]
     contacts = contacts_script(tables, thermal, joints)
     loads = [LoadTable.model_validate(load).call.written() for load in raw.get("load", [])]
+    loads += [f"*{name}.loads" for name, one in zip(joints, raw.get("joint", []), strict=True) if "pressure" in one]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
     top = TopTable.model_validate({key: value for key, value in raw.items() if key not in CASE_SECTIONS})
     orders, response = top.harmonics, ResponseTable.model_validate(raw["response"])

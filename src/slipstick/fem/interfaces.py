@@ -14,7 +14,7 @@ class SurfacePair:
     dependent, independent
         Their names, in the order of the file; the same one of a surface that touches itself.
     mu
-        Coefficient of friction of the file; None: it gives none, which Abaqus and CalculiX take for no friction.
+        Coefficient of friction of the file; None: it gives none, which other codes take for no friction.
     interaction
         Name of the properties in the file.
     """
@@ -32,7 +32,7 @@ class PretensionSection:
     Attributes
     ----------
     node
-        Label of the node that carries the load or the shortening of the bolt in the file.
+        Label of the node that carries the load or the shortening of the bolt in the file; 0: Nastran has none.
     normal
         Direction of the load, where the file gives one.
     """

@@ -27,6 +27,7 @@ from slipstick.fem.equations import (
     rows_named,
 )
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import LoadStep
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
@@ -74,6 +75,9 @@ class FiniteElementModel:
     contact_pairs, pretension_sections
         Surfaces that are meant to touch, with their coefficient of friction, and sections of bolts, where the file
         names some: by the names of the surfaces, "A/B" of a pair. Nothing in the matrices holds or cuts them.
+    load_steps
+        Loads by the name of their step, where the file has some, in its order; "INITIAL" is what holds before the
+        first step. They have no effect on the matrices.
 
     Raises
     ------
@@ -110,6 +114,7 @@ class FiniteElementModel:
     symmetry: CyclicSymmetry | None = None
     contact_pairs: Mapping[str, SurfacePair] = field(default_factory=dict)
     pretension_sections: Mapping[str, PretensionSection] = field(default_factory=dict)
+    load_steps: Mapping[str, LoadStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         faults = list(_faults(self))

@@ -190,3 +190,19 @@ def looks(materials: Mapping[str, Material]) -> str:
 
 def _within(material: Material, young: tuple[float, float], density: tuple[float, float]) -> bool:
     return young[0] <= material.young <= young[1] and density[0] <= material.density <= density[1]
+
+
+_RATIOS = {1000.0: ("mm", "m"), 25.4: ("mm", "inch"), 39.37: ("inch", "m")}
+
+
+def other_units(first: float, second: float) -> str:
+    """A doubt for two sizes that should be alike, and are as if their units were not; nothing where they are not.
+
+    >>> other_units(0.05, 48.0), other_units(1.0, 1.2)
+    ('; they span 0.05 and 48: is one in mm, one in m?', '')
+    """
+    if not min(first, second) > 0.0:
+        return ""
+    ratio = max(first, second) / min(first, second)
+    like = next((units for size, units in _RATIOS.items() if abs(ratio / size - 1.0) < 0.2), None)
+    return "" if like is None else f"; they span {first:.3g} and {second:.3g}: is one in {like[0]}, one in {like[1]}?"

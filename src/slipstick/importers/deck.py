@@ -19,6 +19,7 @@ from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.equations import NodalEquation, NodeAxes, Pair
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import LoadStep
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
@@ -73,6 +74,8 @@ class Deck(Findings):
         Of the ring that the finished mesh is a sector of.
     contact_pairs, pretension_sections
         Interfaces that only contacts or bolts hold together, by the names of their surfaces.
+    load_steps
+        Loads of the file by the name of their step, in its order.
     units
         As the file states them.
     variants
@@ -98,6 +101,7 @@ class Deck(Findings):
     symmetry: Callable[[Mesh], CyclicSymmetry | None] = _no_symmetry
     contact_pairs: dict[str, SurfacePair] = field(default_factory=dict)
     pretension_sections: dict[str, PretensionSection] = field(default_factory=dict)
+    load_steps: dict[str, LoadStep] = field(default_factory=dict)
     units: str = NOT_STATED
     variants: dict[str, dict[str, int]] = field(default_factory=dict)
     own_warnings: list[str] = field(default_factory=list)

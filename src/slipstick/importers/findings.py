@@ -179,7 +179,7 @@ class Findings:
 
     def _of(self, verdict: Verdict) -> list[tuple[Place, str]]:
         return [
-            (_with_more(self.place(lines[0]) if lines[0] else Place(self.source), len(lines) - 1).at(name), what)
+            (with_more(self.place(lines[0]) if lines[0] else Place(self.source), len(lines) - 1).at(name), what)
             for (of, name, what), lines in self.met.items()
             if of is verdict
         ]
@@ -192,5 +192,6 @@ class Findings:
         return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
 
 
-def _with_more(place: Place, count: int) -> Place:
+def with_more(place: Place, count: int) -> Place:
+    """A place that stands for some others too."""
     return Place(*place[:-1], f"{place[-1]} and {count} more") if count > 0 else place

@@ -2,7 +2,7 @@
 
 A reader of a mesh takes the path and returns a ``Deck``; a reader of matrices takes the files by role and the options
 of the import (both of ``roles``). A reader of a user's own is handed to ``register``. Packages that a reader needs are
-imported by ``require``.
+imported by ``require`` of fem/extras.py.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from slipstick.errors import Fault, InputError
 
@@ -106,22 +106,3 @@ def is_bulk(path: Path) -> bool:
     """Whether a file is Nastran bulk data, or a punch file that may hold it."""
     known = format_of(path)
     return path.suffix.lower() == ".pch" or (known is not None and known.supports)
-
-
-def require(module: str, distribution: str) -> Any:
-    """The module, or one sentence that says how to get it.
-
-    Raises
-    ------
-    InputError
-        If the module cannot be imported.
-    """
-    try:
-        return import_module(module)
-    except ImportError:
-        raise InputError(
-            Fault(
-                statement=f"this file is read with the package {distribution}, which is not installed",
-                remedy="pip install slipstick[fe]",
-            )
-        ) from None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -16,6 +14,7 @@ from scipy.sparse import csr_array, diags_array
 from slipstick.errors import Fault, InputError, Place
 from slipstick.faults import Gathering, listed
 from slipstick.faults import path as path_of
+from slipstick.fem import extras
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
 from slipstick.fem.model import ImportedModel
@@ -23,7 +22,7 @@ from slipstick.fem.refine import linear_warnings
 from slipstick.fem.unit_systems import NOT_STATED, SI, Conversion, conversion, factors_of, looks, material_warnings
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import made_of, refused
-from slipstick.importers.formats import FORMATS, format_of, require
+from slipstick.importers.formats import FORMATS, format_of
 from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
 from slipstick.importers.matrix_model import build_model, place_warnings, support_notes, to_global
 from slipstick.importers.mesh_checks import mass_warnings
@@ -257,6 +256,9 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
     warnings = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     warnings += [coupling.beside_matrices for coupling in imported.applied]
     warnings += linear_warnings(mesh, model.source, ("tet4",))
+    if imported.contact_pairs:
+        what = f"the matrices may hold the contact stiffness of {next(iter(imported.contact_pairs))}"
+        warnings.append(f"{model.source}: {what} and others: export them without contacts where joints are put")
     notes = (*model.notes, *imported.notes)
     if materials:
         warnings += mass_warnings(model, mesh, material or materials, imported.lumped, imported.held_rows)
@@ -272,6 +274,7 @@ def _with_mesh(model: ImportedModel, imported: Deck, material: Material | None) 
         materials=materials,
         contact_pairs=imported.contact_pairs,
         pretension_sections=imported.pretension_sections,
+        load_steps=imported.load_steps,
         warnings=tuple(warnings),
         notes=notes,
     )
@@ -353,6 +356,7 @@ def converted(model: ImportedModel, factors: Conversion) -> ImportedModel:
         mesh=None if mesh is None else replace(mesh, nodes=factors.length * mesh.nodes),
         materials={name: factors.material(material) for name, material in model.materials.items()},
         speed=model.speed / factors.time,
+        load_steps={name: step.converted(factors) for name, step in model.load_steps.items()},
     )
 
 
@@ -462,14 +466,8 @@ def _from_gmsh(path: Path) -> Deck:
 
 def read_by_meshio(path: Path) -> Deck:
     """A mesh of another format that meshio reads."""
-    meshio = require("meshio", "meshio")
     read_bytes(path)
-    try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            data = meshio.read(path)
-    except (Exception, SystemExit) as error:
-        said = " ".join(str(error).split())[:100]
-        raise refused(path.name, f"is damaged or not a mesh that meshio reads ({said})") from None
+    data = extras.read_by_meshio(path)
     cells = []
     for index, block in enumerate(data.cells):
         if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:

@@ -18,6 +18,7 @@ from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.fem.model import ImportedModel
 from slipstick.importers.deck import Deck, pairs_table
 from slipstick.importers.findings import made_of, refused
+from slipstick.importers.interfaces import pair_warnings, section_faults, section_warnings
 from slipstick.importers.matrix_model import build_model
 from slipstick.importers.mesh_checks import material_warnings, variant_warnings
 from slipstick.typing import IntArray
@@ -62,6 +63,7 @@ def assemble_mesh(
     faults = [coupling.refused for coupling in deck.couplings]
     faults += deck.material_faults if material is None else ()
     faults += [*_not_in_between(deck)] if quadratic else ()
+    faults += section_faults(deck, deck.mesh)
     if faults:
         raise InputError(faults)
     materials = _materials(deck, deck.mesh, material, source)
@@ -87,6 +89,8 @@ def assemble_mesh(
         *variant_warnings(mesh, deck.variants, source),
         *hourglass_warnings(mesh, source),
         *material_warnings(deck.materials, material, source),
+        *pair_warnings(deck, mesh),
+        *section_warnings(deck, mesh),
     ]
     symmetry = deck.symmetry(mesh)
     model = build_model(whole, source=source)
@@ -102,6 +106,7 @@ def assemble_mesh(
         symmetry=symmetry,
         contact_pairs=deck.contact_pairs,
         pretension_sections=deck.pretension_sections,
+        load_steps=deck.load_steps,
     )
     if symmetry is None or not any(stated.cyclic for stated in deck.stated):
         return model

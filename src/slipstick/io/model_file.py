@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from slipstick.errors import InputError
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.load_steps import LoadStep
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ImportedModel
@@ -35,7 +36,7 @@ _MAP = ("dof_nodes", "dof_components", "node_ids", "coordinates", "constrained")
 _DEPENDENT = "dependent"
 _SIDES = ("low", "high")
 
-_INTERFACES = ("contact_pairs", "pretension_sections")
+_INTERFACES = ("contact_pairs", "pretension_sections", "load_steps")
 
 
 def save_model(model: ImportedModel, path: Path) -> Path:
@@ -62,8 +63,9 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
     for name in _INTERFACES:
-        if known := getattr(model, name):
-            file.attrs[name] = json.dumps({key: vars(part) for key, part in known.items()})
+        if known := getattr(model, name):  # an attribute holds 64 kB at most
+            text = json.dumps({key: asdict(part) for key, part in known.items()})
+            file[name] = np.frombuffer(text.encode(), dtype=np.uint8)
     for name in "KMC":
         matrix = getattr(model, name)
         if matrix is not None:
@@ -163,16 +165,23 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
         mesh=mesh,
         materials=materials,
-        contact_pairs=_interfaces(file, "contact_pairs"),
-        pretension_sections=_interfaces(file, "pretension_sections"),
+        contact_pairs=_interfaces(file, "contact_pairs", path),
+        pretension_sections=_interfaces(file, "pretension_sections", path),
+        load_steps={name: LoadStep.of(known) for name, known in _table(file, "load_steps", path).items()},
         symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
 
 
-def _interfaces(file: h5py.Group, name: str) -> dict[str, Any]:
+def _table(file: h5py.Group, name: str, path: Path) -> dict[str, Any]:
+    """What stands in a file as text: in a data set, or in an attribute of older ones."""
+    text = bytes(_array(file, name, path)).decode() if name in file else file.attrs.get(name, "{}")
+    return dict(json.loads(text))
+
+
+def _interfaces(file: h5py.Group, name: str, path: Path) -> dict[str, Any]:
     """Contact pairs or sections of bolts, none in older files; ValueError where a value is of another kind."""
     found: dict[str, Any] = {}
-    for key, known in json.loads(file.attrs.get(name, "{}")).items():
+    for key, known in _table(file, name, path).items():
         numbers = [value for value in (known.get("mu"), *(known.get("normal") or ())) if value is not None]
         if not np.all(np.isfinite(np.array(numbers, dtype=float))):
             raise ValueError(f"{name} holds a number that is not finite")

@@ -2,29 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from slipstick.balance.contacts import ContactPair
+from slipstick.balance.loads import Load
 from slipstick.contact.friction import FrictionContact
 from slipstick.errors import Fault, InputError
-from slipstick.faults import MOST_ITEMS, SMALLEST, Gathering, number, one, shown, text, warn, whole, wrong
+from slipstick.faults import (
+    MOST_ITEMS,
+    SMALLEST,
+    Gathering,
+    Name,
+    number,
+    one,
+    path,
+    shown,
+    table,
+    text,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.loads import area
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
 from slipstick.fem.ties import face_size, project
+from slipstick.fem.unit_systems import other_units
+from slipstick.models.mapped_pressure import NAMES, MappedPressure, mapped_pressure
 from slipstick.typing import Array, Reals
 
 GEOMETRY, TOUCHING = "geometry", "touching"
+PRESSED = "pressed"
+"""What becomes of the gaps of surfaces whose pressures a file gives."""
+
 FACES, NODES = "faces", "nodes"
 
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
+
+_COLUMNS = 'names of columns by what they are, such as {"pressure": "CPRESS"}'
 
 _UNMATCHED = 0.01
 """Share of both surfaces that may lie beside the other one without a warning: the smaller one should be covered."""
@@ -54,15 +77,18 @@ class SurfacePair(list[ContactPair]):
     softer
         Share of the resistance of the joint's springs to a rigid rotation that patches lose, over all axes the most;
         0 without ``points``.
+    mapped
+        Pressures of a file at the contacts; None without one.
     notes, warnings
         What was found of the two surfaces; what is suspicious.
     """
 
     def __init__(
         self, contacts: Sequence[ContactPair], *, name: str, facing: Facing, gaps: Array, softer: float,
-        notes: Sequence[str], warnings: Sequence[str],
+        notes: Sequence[str], warnings: Sequence[str], mapped: MappedPressure | None = None,
     ) -> None:  # fmt: skip
         super().__init__(contacts)
+        self.mapped = mapped
         self.name, self.facing, self.gaps, self.softer = name, facing, gaps, softer
         self.notes, self.warnings = tuple(notes), tuple(warnings)
 
@@ -70,6 +96,22 @@ class SurfacePair(list[ContactPair]):
     def points(self) -> ContactPoints:
         """The contact points."""
         return self.facing.points
+
+    @property
+    def loads(self) -> list[Load]:
+        """Static loads that hold the pressures of a file: forces on both sides that press them together.
+
+        With them the contacts carry these pressures at rest, and the bodies stay as they are. None without a file.
+        """
+        if self.mapped is None:
+            return []
+        forces = self.mapped.pressures * self.points.areas
+        return [
+            Load(dof=dof, harmonic=0, cos=float(force) * cosine)
+            for normal, force in zip(self.points.normal, forces, strict=True)
+            if force > 0.0
+            for dof, cosine in normal.items()
+        ]
 
 
 def surface_pair(
@@ -84,6 +126,8 @@ def surface_pair(
     method: Literal["faces", "nodes"] = "faces",
     direction: Reals | None = None,
     within: float | None = None,
+    pressure: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> SurfacePair:
     """Contacts "NAME 1", "NAME 2", ... between two surfaces of a model, whose meshes need not match.
 
@@ -118,6 +162,14 @@ def surface_pair(
     within
         Largest distance or overlap of places that face each other, a length; by default the mean edge of the faces,
         that of the coarser surface.
+    pressure
+        File with the pressures of another code at rest: a table (.csv, .dat or .rpt of Abaqus) or a mesh (.vtu). They
+        become the normal loads of the contacts, with the resultant force and moment of the file where it says areas or
+        labels of this model; ``loads`` of the result belong to the problem then, and hold them. Where nothing presses,
+        the gap is that of the file, or of the geometry.
+    columns
+        With ``pressure``: names of columns or fields by what they are, ``{"pressure": "CPRESS", "node": "Node"}``;
+        x, y, z or node or element, pressure, gap, area. Without it they are found by their usual names.
 
     Raises
     ------
@@ -159,10 +211,19 @@ def surface_pair(
         gathering.take(one, what, surface, (str, Surface), "the name of a surface")
     gathering.take(text, "name", name)
     gathering.faults += _law_faults(contact, direction)
+    for what, column in (gathering.optional(table, "columns", columns, _COLUMNS) or {}).items():
+        gathering.take(_one_of, ("columns", "a key"), what, tuple(NAMES))
+        gathering.take(text, ("columns", str(what)), column, _COLUMNS)
+    if columns is not None and pressure is None:
+        gathering.faults.append(Fault("columns", "belongs to a file of pressures", remedy="give pressure too"))
+    if pressure is not None and isinstance(contact, FrictionContact) and np.any(np.asarray(contact.values["gap"])):
+        what = "is given together with a gap or normal load of the contact"
+        gathering.faults.append(Fault("pressure", what, remedy="give the contact gap=0.0: the file has the pressures"))
     count = gathering.optional(whole, "points", points, 1, MOST_ITEMS)
     gathering.take(_one_of, "gap", gap, (GEOMETRY, TOUCHING))
     gathering.take(_one_of, "method", method, (FACES, NODES))
     reach = gathering.optional(number, "within", within, "a length > 0", above=SMALLEST)
+    file = gathering.optional(path, "pressure", pressure)
     gathering.end()
     mesh = model.in_mesh("contacts between surfaces")
     surfaces = _surfaces(mesh, first, second)
@@ -174,14 +235,46 @@ def surface_pair(
     ends = _Ends(mesh=mesh, surfaces=surfaces, called=called, size=size, within=size if reach is None else reach)
     found = _Found()
     facing = _moving(model, _faced(ends, method, found), ends, found)
-    _gaps_reported(facing.gaps, gap, ends, found)
+    _gaps_reported(facing.gaps, gap if pressure is None else PRESSED, ends, found)
     facing, softer = _patches(facing, count, contact, gap == GEOMETRY, ends, found)
     facing = replace(facing, points=replace(facing.points, side=f"{name}_"))
     gaps = facing.gaps if gap == GEOMETRY else np.zeros_like(facing.gaps)
+    mapped = None
+    if file is not None:
+        mapped = _pressed(model, ends, facing.points, file, columns)
+        gaps = _gaps_below(mapped, gaps, contact)
+        found.notes += mapped.notes
+        found.warnings += mapped.warnings
     contacts = list(_contacts(name, contact, facing.points, gaps, direction))
     notes, warnings = ([f"contacts '{name}': {each}" for each in part] for part in (found.notes, found.warnings))
     warn(warnings)
-    return SurfacePair(contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings)
+    return SurfacePair(
+        contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings, mapped=mapped
+    )
+
+
+def _pressed(
+    model: ImportedModel, ends: _Ends, points: ContactPoints, file: Path, columns: Mapping[str, str] | None
+) -> MappedPressure:
+    try:
+        return mapped_pressure(model, ends.surfaces, points, file, columns=columns, within=ends.within)
+    except InputError as error:
+        raise InputError([_of_file(fault, file) for fault in error.faults]) from None
+
+
+def _of_file(fault: Fault, file: Path) -> Fault:
+    """A fault of a file at the argument that names it, or those of its columns at theirs."""
+    where = tuple(part for part in fault.where if str(part) not in (str(file), file.name))
+    if where[:1] == ("columns",):
+        return replace(fault, where=where)
+    return replace(fault, where=("pressure", *where), statement=" ".join([file.name, *fault.statement.split()]))
+
+
+def _gaps_below(mapped: MappedPressure, gaps: Array, contact: FrictionContact) -> Array:
+    """Interference that gives the pressures of a file; elsewhere its gaps, or those of the geometry."""
+    kn = float(np.asarray(contact.values["kn"]))
+    open_ = np.maximum(gaps if mapped.gaps is None else mapped.gaps, 0.0)
+    return np.where(mapped.pressures > 0.0, -mapped.pressures / kn, open_)
 
 
 @dataclass
@@ -207,6 +300,12 @@ class _Ends:
         """Both names."""
         return " and ".join(self.called)
 
+    @property
+    def spans(self) -> tuple[float, float]:
+        """Largest dimension of each surface."""
+        one, other = (float(np.ptp(self.mesh.nodes[surface.nodes], axis=0).max()) for surface in self.surfaces)
+        return one, other
+
     def shares(self, covered: Sequence[float]) -> list[float]:
         """Areas over those of the surfaces."""
         return [part / area(self.mesh, surface) for part, surface in zip(covered, self.surfaces, strict=True)]
@@ -221,6 +320,8 @@ def _faced(ends: _Ends, method: str, found: _Found) -> Facing:
     shares = ends.shares(facing.covered)
     covered = " and ".join(f"{100.0 * share:.4g} % of {name}" for share, name in zip(shares, ends.called, strict=True))
     total = facing.points.areas.sum()
+    if units := other_units(*ends.spans):
+        found.warnings.append(f"{ends.both} differ in size{units}")
     found.notes.append(f"{facing.points.count} points on an area of {total:.6g}, {covered}, within {ends.within:.3g}")
     if max(shares) < 1.0 - _UNMATCHED:
         found.warnings.append(
@@ -253,7 +354,7 @@ def _gaps_reported(gaps: Array, wanted: str, ends: _Ends, found: _Found) -> None
         found.notes.append("the surfaces touch")
         return
     parts = [f"gaps up to {high:.3g}"] * (high > 0.0) + [f"overlaps up to {-low:.3g}"] * (low < 0.0)
-    done = "are set to zero" if wanted == TOUCHING else "count"
+    done = {TOUCHING: "are set to zero", PRESSED: "count where nothing presses"}.get(wanted, "count")
     arm = f"friction forces leave a moment with an arm of up to {max(high, -low):.3g}"
     found.notes.append(f"{' and '.join(parts)} {done}; {arm}")
     if wanted == GEOMETRY and low < 0.0:
@@ -287,7 +388,7 @@ def _patches(
     return fewer, softer
 
 
-def _one_of(name: str, value: object, known: Sequence[str]) -> None:
+def _one_of(name: Name, value: object, known: Sequence[str]) -> None:
     if not isinstance(value, str) or value not in known:
         raise wrong(name, value, " or ".join(f'"{each}"' for each in known))
 
@@ -340,6 +441,7 @@ def _apart(ends: _Ends) -> Fault:
     if nearest > ends.within:
         how = "overlap" if ahead[int(feet.distances.argmin())] < -0.9 * nearest else "are apart"
         what = f"{ends.both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {ends.within:.3g}"
+        what += other_units(*ends.spans)
         return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
     looks = [_mean_normal(ends.mesh, surface) for surface in ends.surfaces]
     sizes = [float(np.linalg.norm(look)) for look in looks]

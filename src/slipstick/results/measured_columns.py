@@ -22,6 +22,10 @@ from slipstick.units import SIZES, Units
 
 _SHEETS = (".xlsx", ".xls", ".ods")
 _SPLITS = (";", "\t", ",")
+_REPORTS = (".rpt", ".dat")
+"""Tables with blanks between their cells, as programs print them among other text."""
+_NO_COLUMN = ("FOOT-", "NOTE")
+"""Words above tables of Abaqus' .dat under which nothing stands."""
 _MAP = 'names of columns by what they are, such as {"x": "Disp ch3"}'
 COLUMNS_OF = "a .csv or .mat file"
 """Files whose columns may be chosen by name."""
@@ -48,9 +52,11 @@ def read_columns(file: Path, columns: object = None) -> Columns:
     """The columns of a CSV or MATLAB file.
 
     In a CSV file the line before the first one of numbers has their names, or the two lines before it names and units.
-    Lines before these and lines that begin with "#" are passed over. Commas, semicolons or tabs stand between; a comma
-    is a decimal comma where semicolons or tabs do. A unit may stand after a name, "Disp ch3 [mm]". An empty cell is
-    nan. Columns of a MATLAB file are its vectors, those of its structs, ``rig.f``, and of its matrices, ``H(:,2)``.
+    Lines before these and lines that begin with "#" are passed over. A report (.rpt, .dat) may have blanks between: its
+    first table with names above it is read, and those with the same names that follow. Commas, semicolons or tabs
+    stand between; a comma is a decimal comma where semicolons or tabs do. A unit may stand after a name, "Disp ch3
+    [mm]". An empty cell is nan. Columns of a MATLAB file are its vectors, those of its structs, ``rig.f``, and of its
+    matrices, ``H(:,2)``.
 
     Parameters
     ----------
@@ -124,7 +130,10 @@ def _of_text(file: Path) -> Columns:
         expected = "a .csv file, or .mat, .unv, .uff, .npz or .nc by their endings"
         raise InputError(Fault(str(file), "cannot be read as text", expected=expected, remedy=remedy)) from None
     kept = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    split, first = _begin([line for _, line in kept])
+    begin = _begin([line for _, line in kept])
+    if begin is None and file.suffix.lower() in _REPORTS:
+        return _of_report(file, lines)
+    split, first = begin or (";" if kept and ";" in kept[0][1] else ",", 1)
     head = [word.strip().strip('"').strip() for word in kept[first - 1][1].split(split)] if kept else []
     units = [""] * len(head)
     if first > 1 and head and all(_is_unit(_bare(word)) for word in head):
@@ -152,6 +161,52 @@ def _of_text(file: Path) -> Columns:
         twice = next(name for name in head if head.count(name) > 1)
         raise InputError(Fault((str(file), twice), "two columns have this name", remedy="rename one"))
     return Columns(values, tuple(head), dict(zip(head, units, strict=True)))
+
+
+def _of_report(file: Path, lines: Sequence[str]) -> Columns:
+    """Rows of numbers below a line with as many names, and those of later tables with the same names."""
+    names: tuple[str, ...] = ()
+    here: tuple[str, ...] = ()
+    rows: list[list[float]] = []
+    above: list[list[str]] = []
+    for line in lines:
+        numbers = _printed(line)
+        if numbers is None:
+            words = [*re.split(r"\s{2,}|\t", line.strip())], [w for w in line.split() if w.upper() not in _NO_COLUMN]
+            above = ([*above, *words] if line.strip(" -=*") else above)[-8:]
+            here = ()
+            continue
+        if not here:
+            fitting = [words for words in above if len(words) == len(numbers) > 1 and len({*words}) == len(words)]
+            here = tuple(fitting[-1]) if fitting else ("",)
+            names = names or (here if fitting else ())
+            above = []
+        if here == names:
+            if len(numbers) != len(names):
+                what = f"has a row of {len(numbers)} numbers below {len(names)} names"
+                raise InputError(Fault(str(file), what, found=line.strip()[:60]))
+            rows.append(numbers)
+    if not rows:
+        expected = "a line of names, one for each column, above rows of numbers"
+        raise InputError(Fault(str(file), "holds no table that is understood", expected=expected))
+    head, units = list(names), {}
+    for k, word in enumerate(names):
+        match = _UNIT.fullmatch(word)
+        if match is not None:
+            head[k] = match[1]
+            units[match[1]] = _bare(match[2] or match[3] or "")
+    return Columns(dict(zip(head, np.array(rows).T, strict=True)), tuple(head), {n: units.get(n, "") for n in head})
+
+
+def _printed(line: str) -> list[float] | None:
+    """Numbers of a line that has nothing else, more than one; None of others."""
+    words = line.replace(",", " ").split()
+    if len(words) < 2:
+        return None
+    try:
+        return [float(re.sub(r"(?<=[\d.])[dD](?=[+-]?\d)", "e", word)) for word in words]
+    except ValueError:
+        return None
 
 
 def in_units(file: Path, found: Columns, units: Units | None) -> dict[str, AnyArray]:
@@ -290,14 +345,14 @@ def _bare(word: str) -> str:
     return word.strip().replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
 
 
-def _begin(lines: Sequence[str]) -> tuple[str, int]:
-    """What stands between cells, and the number of the first line of numbers."""
+def _begin(lines: Sequence[str]) -> tuple[str, int] | None:
+    """What stands between cells, and the number of the first line of numbers below as many names; None without."""
     for split in _SPLITS:
         for i in range(1, len(lines)):
             above, here = lines[i - 1].split(split), lines[i].split(split)
             if len(here) > 1 and len(above) == len(here) and _are_numbers(here, split) and _are_names(above, split):
                 return split, i
-    return (";" if lines and ";" in lines[0] else ","), 1
+    return None
 
 
 def _are_numbers(cells: Sequence[str], split: str) -> bool:

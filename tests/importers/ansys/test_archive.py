@@ -158,7 +158,7 @@ def test_what_couples_or_holds_otherwise_is_refused_by_name(tmp_path, more, said
     assert str(caught.value).startswith("cube.cdb")
 
 
-@pytest.mark.parametrize(("kind", "name"), [(27, "MATRIX27"), (181, "SHELL181"), (174, "CONTA174"), (999, "999")])
+@pytest.mark.parametrize(("kind", "name"), [(27, "MATRIX27"), (181, "SHELL181"), (177, "CONTA177"), (999, "999")])
 def test_other_elements_are_refused_by_name(tmp_path, kind, name):
     """A second brick of a type that adds stiffness, mass or contact."""
     pytest.importorskip("mapdl_archive")

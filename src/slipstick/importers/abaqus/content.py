@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from slipstick.errors import Fault, Place
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import Reference
 from slipstick.fem.interfaces import SurfacePair
+from slipstick.fem.load_steps import StepLoad
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.abaqus.keywords import Block, Placement
 from slipstick.importers.deck import Deck
@@ -72,6 +74,7 @@ class Content(Deck):
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None
     interaction: str = ""
+    interactions: set[str] = field(default_factory=set)
     friction: dict[str, float] = field(default_factory=dict)
     glued: set[str] = field(default_factory=set)
     pairs: list[tuple[SurfacePair, Place]] = field(default_factory=list)
@@ -79,11 +82,18 @@ class Content(Deck):
     parts: int = 0
     system: Placement | None = None
     steps: list[dict[str, str]] = field(default_factory=list)
+    step_lines: list[int] = field(default_factory=list)
+    procedures: dict[int, str] = field(default_factory=dict)
+    loads: list[tuple[int, StepLoad]] = field(default_factory=list)
     loaded: bool = False
 
     def note(self, verdict: Verdict, block: Block, what: str = "") -> None:
         """Note the treatment of a keyword."""
         self.add(verdict, block.shown, what, block.line)
+
+    def step_name(self, number: int) -> str:
+        """Name of a step, counted from 1: the one that the file gives, or else "STEP-1" and so on."""
+        return self.steps[number - 1].get("NAME", f"STEP-{number}")
 
     def reference(self, node: int) -> Reference:
         """A node with its position and its rotations."""
@@ -105,14 +115,22 @@ class Content(Deck):
 
 
 def named(word: str, sets: dict[str, list[int]]) -> list[int]:
-    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set.
+    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
+    name = set_name(word, sets)
+    return [whole_number(name)] if name.isdigit() else sets[name]
+
+
+def set_name(word: str, sets: Collection[str]) -> str:
+    """The name or label that "12", "TIP" or "PART-1-1.TIP" stands for; KeyError where there is no such set.
 
     Where sets have the name of their instance, the name alone is another one's.
     """
     word = word.replace('"', "").upper()
     if "." in word and word not in sets and not any("." in name for name in sets):
         word = word.split(".")[-1]
-    return [whole_number(word)] if word.isdigit() else sets[word]
+    if not word.isdigit() and word not in sets:
+        raise KeyError(word)
+    return word
 
 
 def surface_of(mesh: Mesh, name: str, where: Place) -> Surface:

@@ -29,6 +29,7 @@ from slipstick.importers.abaqus.keywords import (
     solid_type,
     whole_text,
 )
+from slipstick.importers.abaqus.loads import bolt_motion
 from slipstick.importers.abaqus.parts import flat
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict, refused
@@ -371,12 +372,14 @@ def _step(content: Content, block: Block) -> None:
         what = "vibrates about the loaded state of the step before: its stiffening by stress and rotation is left out"
         content.note(Verdict.APPROXIMATED, block, what)
     content.steps.append(block.parameters)
+    content.step_lines.append(block.line)
 
 
 @KEYWORDS.reads(LOADING)
 def _loading(content: Content, block: Block) -> None:
     """A procedure that leaves the model loaded, unless its step is one of small motions or says otherwise."""
     step = content.steps[-1] if content.steps else {}
+    content.procedures[len(content.steps)] = block.shown[1:].lower()
     content.loaded |= "PERTURBATION" not in step and step.get("NLGEOM") != "NO"
     content.note(Verdict.HARMLESS, block)
 
@@ -384,27 +387,11 @@ def _loading(content: Content, block: Block) -> None:
 @KEYWORDS.reads("FREQUENCY")
 def _frequency(content: Content, block: Block) -> None:
     """In Abaqus always about the state of the step before; in CalculiX only in a step of small motions."""
+    content.procedures[len(content.steps)] = block.shown[1:].lower()
     large = any(step.get("NLGEOM", "NO") != "NO" for step in content.steps)
     if content.loaded and large and "PERTURBATION" not in content.steps[-1]:
         what = "is computed about the unloaded state; in Abaqus the step before, with NLGEOM, stiffens the structure"
         content.note(Verdict.APPROXIMATED, block, what)
-    else:
-        content.note(Verdict.HARMLESS, block)
-
-
-@KEYWORDS.reads("INITIALCONDITIONS", "TYPE")
-def _initial(content: Content, block: Block) -> None:
-    if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
-        content.note(Verdict.APPROXIMATED, block, "sets stresses, whose stiffening is left out")
-    else:
-        content.note(Verdict.HARMLESS, block)
-
-
-@KEYWORDS.reads("DLOAD")
-def _load(content: Content, block: Block) -> None:
-    """Loads come from the case; a rotation also stiffens, which is left out."""
-    if any(word.upper().startswith(("CENTRIF", "ROTA", "CORIO")) for row in block.rows for word in row[1:2]):
-        content.note(Verdict.APPROXIMATED, block, "rotates the structure: its stiffening and softening are left out")
     else:
         content.note(Verdict.HARMLESS, block)
 
@@ -431,6 +418,7 @@ def _boundary(content: Content, block: Block) -> None:
             raise KeyError(f"node {row[0]}")
         if {*nodes} <= bolts and nodes:
             content.note(Verdict.HARMLESS, block)
+            bolt_motion(content, block, line, row, fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0)
             continue
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0

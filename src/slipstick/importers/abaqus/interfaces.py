@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.errors import Place
+from slipstick.errors import Fault, Place
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Content, named, nodes_of
 from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict, refused
+from slipstick.importers.interfaces import APART, WHOLE
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
-_APART = (
-    "is kept as model.contact_pairs: nothing joins its surfaces until contacts are put there ([[joint]] of a case, "
-    "ss.surface_pair)"
-)
-_WHOLE = "is kept as model.pretension_sections: the bolt is whole there, its load and shortening have no effect"
 _OTHERWISE = "depends on more than two surfaces; the coefficient of its first line is kept"
 
 
@@ -24,6 +20,7 @@ _OTHERWISE = "depends on more than two surfaces; the coefficient of its first li
 def on_interaction(content: Content, block: Block) -> None:
     """Properties by name; what they are stands in the next keywords."""
     content.interaction = block.parameters["NAME"]
+    content.interactions.add(content.interaction)
 
 
 @KEYWORDS.reads("SURFACEBEHAVIOR")
@@ -41,7 +38,7 @@ def on_friction(content: Content, block: Block) -> None:
         content.note(Verdict.HARMLESS, block)
         return
     if block.parameters.keys() & {"ROUGH", "USER"} or not block.rows:
-        what = "gives no coefficient of friction (ROUGH, USER): the contact pairs have none"
+        what = "gives no coefficient of friction (no number, ROUGH or USER): the contact pairs have none"
         content.note(Verdict.APPROXIMATED, block, what)
         return
     mu = fortran_real(block.rows[0][0]) if block.rows[0][0] else 0.0
@@ -59,7 +56,11 @@ def on_contact_pair(content: Content, block: Block) -> None:
     if "TIED" in block.parameters or interaction in content.glued:
         content.note(Verdict.COUPLING, block, "glues surfaces together (TIED)")
         return
-    content.note(Verdict.APPROXIMATED, block, _APART)
+    if interaction and interaction not in content.interactions:
+        raise refused(
+            content.place(block.line, block.shown), f"names the interaction {interaction}, which the file does not have"
+        )
+    content.note(Verdict.APPROXIMATED, block, APART)
     for line, row in zip(block.lines, block.rows, strict=True):
         if not any(row):
             raise ValueError("expected two surfaces on a line")
@@ -82,7 +83,10 @@ def pairs_of(content: Content, mesh: Mesh) -> dict[str, SurfacePair]:
     for pair, where in content.pairs:
         for name in (pair.dependent, pair.independent):
             nodes_of(content, mesh, name, where)
-        found[f"{pair.dependent}/{pair.independent}"] = pair
+        name = f"{pair.dependent}/{pair.independent}"
+        if found.setdefault(name, pair) != pair:
+            what = f"gives {name} again with other properties ({pair.interaction}): those before are kept"
+            content.own_warnings.append(str(Fault(where, what)))
     return found
 
 
@@ -103,7 +107,7 @@ def on_pretension(content: Content, block: Block) -> None:
             raise ValueError("a normal without length")
         normal = (x, y, z)
     content.pretension_sections[name] = PretensionSection(node=node, normal=normal)
-    content.note(Verdict.APPROXIMATED, block, _WHOLE)
+    content.note(Verdict.APPROXIMATED, block, WHOLE)
 
 
 def bolt_nodes(content: Content) -> set[int]:
@@ -111,7 +115,7 @@ def bolt_nodes(content: Content) -> set[int]:
     return {section.node for section in content.pretension_sections.values()}
 
 
-def section_faults(content: Content, mesh: Mesh) -> None:
+def sections_there(content: Content, mesh: Mesh) -> None:
     """InputError where a pre-tension section of faces is not there."""
     for name in content.pretension_sections:
         if name not in content.surfaces and name not in mesh.element_sets and not name.isdigit():

@@ -18,11 +18,13 @@ from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named
 from slipstick.importers.abaqus.couplings import frames
 from slipstick.importers.abaqus.input_file import read_content
-from slipstick.importers.abaqus.interfaces import pairs_of, section_faults
+from slipstick.importers.abaqus.interfaces import pairs_of, sections_there
+from slipstick.importers.abaqus.loads import steps_of
 from slipstick.importers.abaqus.ties import moved_onto, symmetry_of, tie_warnings
 from slipstick.importers.deck import Deck, Stated, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.grouped import with_named_places
+from slipstick.importers.interfaces import kept_note
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.typing import IntArray
 
@@ -64,7 +66,9 @@ def read_input(path: Path) -> Deck:
         deck.stated.append(Stated(where=Place(path.name, "*TRANSFORM"), equations=lambda _: along))
     deck.own_warnings += tie_warnings(deck, deck.mesh)
     deck.contact_pairs = pairs_of(deck, deck.mesh)
-    section_faults(deck, deck.mesh)
+    sections_there(deck, deck.mesh)
+    deck.load_steps = steps_of(deck)
+    deck.extra += kept_note(deck)
     deck.symmetry = partial(symmetry_of, deck)
     return deck
 

@@ -2,14 +2,15 @@
 
 Nodes, elements and components come from ``mapdl-archive``. Bricks may be degenerate: Ansys writes a wedge as a brick
 with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both. Materials must be isotropic and constant.
-CYCLIC gives the number of sectors, the coordinate system of the axis and the components of the two faces.
+CYCLIC gives the number of sectors, the coordinate system of the axis and the components of the two faces. Contacts and
+bolts stand in interfaces.py.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,14 @@ from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation, in_global, supports
+from slipstick.fem.extras import require
 from slipstick.fem.materials import Material
 from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.ansys.commands import COMMANDS, classify_commands, commands
 from slipstick.importers.ansys.couplings import Lumps, read_equations
+from slipstick.importers.ansys.interfaces import INTERFACES, Interfaces, read_friction
 from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.findings import DAMAGED, Coupling, Findings, Verdict, refused
-from slipstick.importers.formats import require
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -86,11 +88,10 @@ ELEMENT_TYPES: dict[int, ElementType] = {
     **_named("COMBIN", 14, point=True),
     **_named("MESH", 200, ignored=True, same=(0,)),
     **_named("SURF", 151, 152, 153, 154, 156, ignored=True),
-    **_named("TARGE", 169, 170, ignored=True),
-    **_named("CONTA", *range(171, 179)),
+    **_named("TARGE", 169, ignored=True),
+    **_named("CONTA", 171, 172, 176, 177, 178),
     **_named("COMBIN", 37, 39, 40),
     **_named("MATRIX", 27, 50),
-    **_named("PRETS", 179),
     **_named("LINK", 180),
     **_named("SHELL", 181, 281),
     **_named("MPC", 184),
@@ -119,32 +120,43 @@ def read_archive(path: Path) -> Deck:
     archive = _parse(reader, path)
     labels, places = np.asarray(archive.nnum, dtype=np.int64), np.asarray(archive.nodes, dtype=float).reshape(-1, 3)
     deck = Deck(source=path.name, nodes=dict(zip(labels.tolist(), places, strict=True)))
-    skipped = _elements(deck, archive, path)
+    interfaces = Interfaces(deck, archive, text)
+    skipped = _elements(deck, archive, interfaces.rows, path)
     used = {name: int(name.split()[1]) for name in deck.element_sets}
-    deck.node_sets = {name: np.asarray(part).tolist() for name, part in archive.node_components.items()}
+    deck.node_sets = {
+        name: [interfaces.follow(node) for node in np.asarray(part).tolist()]
+        for name, part in archive.node_components.items()
+    }
     deck.element_sets |= {name: np.asarray(part).tolist() for name, part in archive.element_components.items()}
     deck.axes = _turned_nodes(text, path)
-    supported = classify_commands(deck, text)
+    interfaces.sections()
+    bolts = {section.node for section in deck.pretension_sections.values()}
+    supported = {(interfaces.follow(n), c) for n, c in classify_commands(deck, text, bolts)}
     read = read_materials(deck, text)
     symmetry = read_cyclic(deck, text, deck.node_sets)
     deck.refuse_incomplete()
     known = {name: read.materials[number] for name, number in used.items() if number in read.materials}
     deck.materials = known if len(known) == len(used) else {}
     deck.material_faults = [fault for number in used.values() for fault in read.faults.get(number, ())]
-    lumps = Lumps(deck, archive, text)
+    lumps = Lumps(deck, archive, text, interfaces.rows)
     deck.lumped += lumps
-    tied = read_equations(deck, text)
+    tied = [_following(equation, interfaces) for equation in read_equations(deck, text)]
     _refuse_missing(tied, set(deck.nodes))
     turning = lumps.turning() | {node for equation in tied for node, axis in equation.pairs if axis > 2}
     meant = {(n, c) for n, c in supported if c < 3 or n in turning}
     deck.held, along = supports(meant, deck.axes, Place(path.name, "D"))
     deck.equate([*in_global(tied, deck.axes), *along])
-    deck.mesh = with_surfaces(deck.build(), deck.node_sets)
+    deck.mesh = interfaces.placed(with_surfaces(deck.build(), deck.node_sets), read_friction(deck, text))
     deck.units = _units(text)
     deck.elsewhere += _elements_that_matter(skipped, path)
     deck.extra += [*_left_out(skipped, path), *unit_notes(deck.mesh, known)]
     deck.symmetry = lambda _mesh: symmetry
     return deck
+
+
+def _following(equation: NodalEquation, interfaces: Interfaces) -> NodalEquation:
+    """An equation on the nodes that are left where a bolt was cut."""
+    return replace(equation, terms=tuple((interfaces.follow(n), axis, factor) for n, axis, factor in equation.terms))
 
 
 def _known(kind: int) -> ElementType:
@@ -245,21 +257,21 @@ def _check_counts(text: str, path: Path) -> None:
 
 
 @COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK MPTEMP")
-def _elements(deck: Deck, archive: Any, path: Path) -> dict[int, int]:
+def _elements(deck: Deck, archive: Any, rows: Sequence[Sequence[int]], path: Path) -> dict[int, int]:
     """Add solids to element sets "material <number>"; the number of elements of each other type."""
     solid = dict(_solid_types(archive))
     skipped: dict[int, int] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
     where = Place(path.name, "EBLOCK")
-    for row in archive.elem:
-        material, of, number = int(row[0]), int(row[1]), int(row[8])
+    for row in rows:
+        material, of, number = row[0], row[1], row[8]
         kind = types.get(of, 0)
         if of not in solid:
-            if not _known(kind).point:
+            if not _known(kind).point and kind not in INTERFACES:
                 skipped[kind] = skipped.get(kind, 0) + 1
             continue
         known, option = _known(kind), solid[of]
-        name, nodes = _shape(whole_row([int(node) for node in row[_HEAD:]], known.quadratic), number, path)
+        name, nodes = _shape(whole_row(row[_HEAD:], known.quadratic), number, path)
         name = f"{name}r" if name in ("hex8", "hex20") and option in known.reduced else name
         full = known.name + (f" with KEYOPT({known.option}) = {option}" if option else "")
         foreign = "" if option in known.same and name != "pyramid13" else full

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from slipstick.errors import Place
 from slipstick.importers.findings import Entry, Findings, Table, Verdict
@@ -23,9 +23,9 @@ _HARMLESS_WORDS = """
     AUTOTS NSUBST DELTIM KBC NROPT EQSLV LNSRCH PRED RESCONTROL CUTCONTROL STABILIZE MONITOR ARCLEN OPNCONTROL
     ANTYPE MODOPT MODCONTROL QRDOPT MXPAND HROPT HROUT HARFRQ TRNOPT BUCOPT NLGEOM MPCOPY DMPOPTION F FBLOCK
     FCUM FJ SF SFE SFEBLOCK SFBEAM SFGRAD SFCUM BF BFE BFBLOCK BFEBLOCK BFCUM DCUM ICUM IC LDREAD LSWRITE
-    LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP SECTYPE SECDATA
+    LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP
     SECBLOCK SECOFFSET SECCONTROL SECREAD SECLOCK SECMODIF SECJOINT SECPLOT
-    SECSTOP TBDATA TBTEMP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
+    SECSTOP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
     MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
 
 
@@ -81,11 +81,13 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
 
 
 @COMMANDS.reads("D N")
-def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
-    """Give each command its verdict; the supports (node, direction 0..5) are returned."""
+def classify_commands(findings: Findings, text: str, bolts: Collection[int] = ()) -> set[tuple[int, int]]:
+    """Give each command its verdict; return the supports (node, direction 0..5), without those of bolts' nodes."""
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
-        if name == "D":
+        if name == "D" and words and words[0].isdigit() and int(words[0]) in bolts:
+            findings.add(Verdict.HARMLESS, name, "", line)
+        elif name == "D":
             with reading(Place(findings.source, f"line {line}", "D")):
                 held |= _support(findings, line, words)
         elif name == "N" and "-1" not in words:  # which ends a block

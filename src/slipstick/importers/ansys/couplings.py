@@ -132,26 +132,35 @@ LUMP_TYPES = {21: "MASS21", 14: "COMBIN14"}
 _TYPE, _REAL, _NUMBER, _HEAD = 1, 2, 8, 10
 
 
+_MOST = 1000
+"""Real constants of a set, more than any element has."""
+
+
 @COMMANDS.reads("R RMORE RMODIF")
-def real_constants(archive: Any, text: str) -> dict[int, list[float]]:
+def real_constants(archive: Any, text: str, source: str) -> dict[int, list[float]]:
     """Real constants by set: of the RLBLOCK, and of R, RMORE and RMODIF commands."""
     constants = {
         int(number): [float(value) for value in values]
         for number, values in zip(archive.rlblock_num, archive.rlblock, strict=False)
     }
     last = 0
-    for _, name, words in commands(text):
-        values = [fortran_real(word) if word else 0.0 for word in words[1:]] if name in ("R", "RMODIF") else []
-        if name == "R" and words and words[0].isdigit():
-            last = whole_number(words[0])
-            constants[last] = values
-        elif name == "RMORE" and last:
-            constants[last] += [fortran_real(word) if word else 0.0 for word in words]
-        elif name == "RMODIF" and len(values) > 1 and words[0].isdigit():
-            start = int(values[0]) - 1
-            known = constants.setdefault(whole_number(words[0]), [])
-            known += [0.0] * max(0, start + len(values) - 1 - len(known))
-            known[start : start + len(values) - 1] = values[1:]
+    for line, name, words in commands(text):
+        if name not in ("R", "RMORE", "RMODIF"):
+            continue
+        with reading(Place(source, f"line {line}", name)):
+            values = [fortran_real(word) if word else 0.0 for word in words[name != "RMORE" :]]
+            if name == "R" and words and words[0].isdigit():
+                last = whole_number(words[0])
+                constants[last] = values
+            elif name == "RMORE" and last:
+                constants[last] += values
+            elif name == "RMODIF" and len(values) > 1 and words[0].isdigit():
+                start = int(values[0]) - 1
+                if not 0 <= start < _MOST:
+                    raise ValueError(f"constant {values[0]:g} of a set")
+                known = constants.setdefault(whole_number(words[0]), [])
+                known += [0.0] * max(0, start + len(values) - 1 - len(known))
+                known[start : start + len(values) - 1] = values[1:]
     return constants
 
 
@@ -162,11 +171,11 @@ class Lumps:
     ----------
     deck
         Takes what cannot be applied, and knows positions and own directions of nodes.
-    archive, text
-        The archive as read, and its text.
+    archive, text, rows
+        The archive as read, its text, and the rows of its elements.
     """
 
-    def __init__(self, deck: Deck, archive: Any, text: str) -> None:
+    def __init__(self, deck: Deck, archive: Any, text: str, rows: Sequence[list[int]]) -> None:
         self.findings, self.axes = deck, deck.axes
         self.places = deck.nodes
         self.options: dict[int, dict[int, int]] = {
@@ -174,9 +183,8 @@ class Lumps:
             for number, options in archive.key_option.items()
         }
         self.kinds = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
-        rows = [[int(value) for value in row] for row in archive.elem]
         self.rows = [row for row in rows if self.kinds.get(row[_TYPE]) in LUMP_TYPES]
-        self.reals = real_constants(archive, text) if self.rows else {}
+        self.reals = real_constants(archive, text, deck.source) if self.rows else {}
 
     def __iter__(self) -> Iterator[Lumped]:
         """The masses and springs; InputError for elements without real constants."""

@@ -29,7 +29,7 @@ class BulkData:
     ``directions`` holds, as columns (3, 3), the directions of displacements at points where they are not the basic
     ones; ``external`` the rows of an external superelement in the order of its EXTRN card; ``coupled`` the cards that
     tie points together, ``mpc`` the MPC set that the case control asks for; ``combined`` the numbers of sets that an
-    SPCADD joins; ``findings`` tells of the cards that are not read.
+    SPCADD joins; ``findings`` tells of the cards that are not read; ``frames`` are the coordinate systems.
     """
 
     nodes: dict[int, Array]
@@ -43,6 +43,7 @@ class BulkData:
     directions: Mapping[int, Array]
     matrices: dict[str, DirectMatrix]
     findings: Findings
+    frames: Frames
 
 
 def read_bulk(path: Path) -> BulkData:
@@ -154,7 +155,7 @@ class _Reader:
 
     @CARDS.reads("SPOINT")
     def on_spoint(self, fields: list[str]) -> None:
-        self.points |= set(_labels(fields))
+        self.points |= set(labels_of(fields))
 
     @CARDS.reads("SPC")
     def on_spc(self, fields: list[str]) -> None:
@@ -171,7 +172,7 @@ class _Reader:
 
     @CARDS.reads("SPC1")
     def on_spc1(self, fields: list[str]) -> None:
-        for node in _labels(fields[2:]):
+        for node in labels_of(fields[2:]):
             self._constrain(whole_number(fields[0]), node, fields[1])
 
     @MATRIX_CARDS.reads(SETS)
@@ -182,7 +183,7 @@ class _Reader:
 
     @MATRIX_CARDS.reads(SETS.replace("SET", "SET1"))
     def on_set1(self, fields: list[str]) -> None:
-        for node in _labels(fields[1:]):
+        for node in labels_of(fields[1:]):
             self.analysis |= _pairs(node, fields[0])
 
     @MATRIX_CARDS.reads("DMIG")
@@ -224,7 +225,7 @@ class _Reader:
             self._hold(node, self.held_by_default)
         for number, parts in self.sums.items():
             self.held[number] = set().union(*(self.held.get(part, set()) for part in parts))
-        coordinates, directions = self._points()
+        frames, coordinates, directions = self._points()
         return BulkData(
             nodes=coordinates,
             scalar_points=np.array(sorted(self.points), dtype=np.int64),
@@ -237,10 +238,11 @@ class _Reader:
             directions=directions,
             matrices=self.matrices,
             findings=self.findings,
+            frames=frames,
         )
 
-    def _points(self) -> tuple[dict[int, Array], dict[int, Array]]:
-        """Positions in the basic system by label, ascending, and directions where they are not the basic ones."""
+    def _points(self) -> tuple[Frames, dict[int, Array], dict[int, Array]]:
+        """Systems, positions in the basic one by label, ascending, and directions where they are not the basic ones."""
         position, displacement = self.default_systems
         placed = {n: (position if p is None else p, at) for n, (p, _, at) in sorted(self.grids.items())}
         frames = Frames(self.systems, placed, self.path.name)
@@ -253,9 +255,11 @@ class _Reader:
         turned = {
             node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }
-        return coordinates, {
-            node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)
-        }
+        return (
+            frames,
+            coordinates,
+            {node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)},
+        )
 
 
 def _system(text: str) -> int | None:
@@ -263,22 +267,26 @@ def _system(text: str) -> int | None:
     return whole_number(text) if text else None
 
 
-def _labels(fields: list[str]) -> list[int]:
-    """Numbers, and ranges "3 THRU 7".
+def labels_of(fields: Sequence[str]) -> list[int]:
+    """Numbers, and ranges "3 THRU 7", "3 THRU 7 BY 2".
 
-    >>> _labels(["1", "4", "THRU", "6", ""])
-    [1, 4, 5, 6]
+    >>> labels_of(["1", "4", "THRU", "6", ""]), labels_of(["2", "THRU", "6", "BY", "2"])
+    ([1, 4, 5, 6], [2, 4, 6])
     """
-    words = [word for word in fields if word]
+    words = [word.upper() for word in fields if word]
     labels: list[int] = []
-    for i, word in enumerate(words):
-        if word.upper() == "THRU":
-            first, last = whole_number(words[i - 1]), whole_number(words[i + 1])
-            if last - first > _LONGEST:
-                raise ValueError(f"the range {first} THRU {last} is too long")
-            labels += range(first + 1, last)
-        else:
-            labels.append(whole_number(word))
+    at = 0
+    while at < len(words):
+        if words[at + 1 : at + 2] != ["THRU"]:
+            labels.append(whole_number(words[at]))
+            at += 1
+            continue
+        first, last = whole_number(words[at]), whole_number(words[at + 2])
+        by = whole_number(words[at + 4]) if words[at + 3 : at + 4] == ["BY"] else 1
+        if by == 0 or abs(last - first) > _LONGEST:
+            raise ValueError(f"the range {first} THRU {last} is too long" if by else "a range BY 0")
+        labels += range(first, last + (1 if by > 0 else -1), by)
+        at += 5 if words[at + 3 : at + 4] == ["BY"] else 3
     return labels
 
 

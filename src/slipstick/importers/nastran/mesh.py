@@ -20,6 +20,7 @@ from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARDS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
+from slipstick.importers.nastran.interfaces import CONTACT_CARDS, Contacts
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array
@@ -40,7 +41,11 @@ _OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP
     NSM NSM1 NSML NSML1"""
 MESH_CARDS = Table(
     (_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
-    ("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
+    ("BCPROP BCTABL1 BCONECT BCONP BCAUTOP", Verdict.COUPLING, "holds surfaces in contact"),
+    ("BGSET BGADD", Verdict.COUPLING, "glues surfaces together"),
+    ("BLSEG", Verdict.COUPLING, "holds lines in contact"),
+    ("BCTPARM BCPARA BCRPARA BFRIC BCONPRG BCONPRP BCBDPRP BOUTPUT BWIDTH", Verdict.HARMLESS, ""),
+    ("BOLTFRC BOLTSEQ", Verdict.HARMLESS, ""),
     ("SUPORT SUPORT1", Verdict.HARMLESS, ""),
     ("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
     ("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
@@ -88,6 +93,7 @@ class Cards(Deck):
     property_numbers: dict[int, int] = field(default_factory=dict)
     laws: dict[int, dict[str, float]] = field(default_factory=dict)
     point_elements: list[Card] = field(default_factory=list)
+    contact_cards: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
     mass_factor: float = 1.0
 
@@ -124,7 +130,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     number = selected(text, "SPC") if constraints is None else constraints
     deck.held, along = _supports(data, number, path, turning)
     deck.equate([*tied, *along])
-    mesh = deck.build()
+    mesh = deck.mesh = Contacts(deck, data, deck.contact_cards, text).placed(deck.build())
     deck.elsewhere += (coupling for coupling in data.findings.couplings if coupling.where[-1] == "SPC")
     deck.extra += [*_left_out(deck, path), *unit_notes(mesh, deck.materials)]
     deck.axes = {node: axes.T for node, axes in data.directions.items()}
@@ -176,6 +182,11 @@ def _element(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
 @MESH_CARDS.reads("CONM2 CELAS1 CELAS2 CMASS2 PELAS")
 def _point_mass_or_spring(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
     deck.point_elements.append((str(where[-1]), line, fields))
+
+
+@MESH_CARDS.reads(CONTACT_CARDS)
+def _contact(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    deck.contact_cards.append((str(where[-1]), line, fields))
 
 
 @MESH_CARDS.reads("PSOLID")
