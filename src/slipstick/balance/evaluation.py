@@ -285,8 +285,9 @@ class Together:
     """Forces and residuals at n motions: unknowns (n, N), frequencies (n,); see ``forces_together``."""
 
     def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Assigned) -> None:
-        self._balance, self._x, self._omega, self._inputs = balance, x, omega, inputs
-        self._detail = detail(balance, x, omega, inputs.joined)
+        self._balance, self._omega, self._inputs = balance, omega, inputs
+        self._x = np.ascontiguousarray(x)
+        self._detail = detail(balance, self._x, omega, inputs.joined)
         self.responses = self._detail.responses
 
     @property

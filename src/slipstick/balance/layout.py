@@ -189,7 +189,10 @@ class PortLayout:
             each = omega if isinstance(omega, np.ndarray) else np.array([omega])
             places = -1, self.n_ports, self.L
             rubbing, velocity, per_omega, values = contact_inputs.table(tabulated)
-            placed = Placed(x.reshape(places), batch.rows, rubbing, velocity, per_omega, each, values)
+            X = x.reshape(places)
+            if not X.flags.carray:  # the one type that is compiled
+                X = np.require(X, float, ["C", "W"])
+            placed = Placed(X, batch.rows, rubbing, velocity, per_omega, each, values)
             return batch.law.respond_on_ports(self.harmonics, placed, out.reshape(2, *places), contact_inputs.values)
         response = batch.law.respond(self.motion(k, x, omega, contact_inputs), contact_inputs.values)
         self.write(k, response, contact_inputs, omega, out)
