@@ -1,21 +1,21 @@
 """What is compiled before the first run is all that it needs."""
 
-import numpy as np
+import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.balance import Balance
-from slipstick.balance.evaluation import FrequencySystem
+import slipstick as ss
 from slipstick.balance.kernel.compilation import compile_all
-from slipstick.balance.kernel.sums import add_products, compliance_times
+from slipstick.balance.kernel.sums import add_products, compliance_times, residual_with_slope, residuals_of_many
+from slipstick.contact.kernel.batch import run_elements
 from slipstick.structure.kernel.modal_sums import modal_sums
+from slipstick.verify.cases import oscillator
 
 
-def test_a_problem_needs_no_other_versions():
+@pytest.mark.parametrize("problem", [oscillator(velocity=10.0), random_problem(0)], ids=["one port", "many"])
+def test_a_curve_needs_no_other_versions(problem: ss.Problem) -> None:
+    """A view of the unknowns, or one that is not contiguous, would compile everything again."""
     assert compile_all() > 0.0
-    functions = (modal_sums, compliance_times, add_products)
+    functions = (run_elements, modal_sums, compliance_times, residual_with_slope, residuals_of_many, add_products)
     before = [len(function.signatures) for function in functions]
-    problem = random_problem(0)
-    balance = Balance(problem)
-    jacobian = FrequencySystem(balance, problem.inputs).evaluate(np.full(balance.size, 0.1), 3.0).jacobian
-    assert not jacobian.singular
+    ss.forced_response(problem, omega=(6.0, 7.0))
     assert [len(function.signatures) for function in functions] == before
