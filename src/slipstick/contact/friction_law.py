@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces, element_intervals, element_states
 from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable
+from slipstick.contact.quasi_static import Increment, incremented
 from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
@@ -76,6 +77,12 @@ class FrictionLaw(Law):
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): with their corners (THEORY.md (3.1))."""
         return friction_in_time(motion, values, tau)
+
+    def quasi_static(
+        self, force: Array, before: Array, after: Array, values: Mapping[str, Array], gap_before: Array | None = None
+    ) -> Increment:
+        """Forces after a slow, straight increment of motion, by return mapping."""
+        return incremented(force, before, after, values, gap_before)
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
