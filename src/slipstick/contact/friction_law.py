@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipstick.contact.forces import ContactForces, element_forces, element_intervals, element_states
 from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable
 from slipstick.contact.quasi_static import Increment, incremented
+from slipstick.contact.rest import REST, remember, rest_of
 from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
@@ -24,15 +25,18 @@ class FrictionLaw(Law):
     """Behaviour of a friction contact; the numbers ``kt, mu, kn, gap`` come with each call."""
 
     ports: tuple[str, ...] = ("tangential", "normal")
-    kind: ClassVar[str] = "friction"
+    kind: str = "friction"
+    kind_at_rest: ClassVar[str] = "friction from rest"
+    """Kind of those of which the motion without tangential force is known."""
     coulomb: ClassVar[bool] = True
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
     dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
     """The normal force is elastic: its work over a period is zero."""
     factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
-    linear_states: ClassVar[tuple[str, ...]] = ("sliding", "stuck", "free")
+    linear_states: tuple[str, ...] = ("sliding", "stuck", "free")
     units: ClassVar[Mapping[str, str]] = {
         "kt": "force/length", "mu": "1", "kn": "force/length", "gap": "length", "normal_load": "force",
+        "rest": "length", "second_rest": "length",
     }  # fmt: skip
     variables: ClassVar[Mapping[str, Variable]] = {
         "friction_coefficient": Variable("mu", (), "1", "friction coefficient"),
@@ -51,19 +55,21 @@ class FrictionLaw(Law):
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements, exact to rounding (THEORY.md sections 3 to 7)."""
+        own, rest = rest_of(values)
         f = element_forces(
             motion.harmonics,
             motion.Q[TANGENTIAL_PORT],
             motion.Q[NORMAL_PORT],
             v=motion.drift[TANGENTIAL_PORT],
-            **values,
+            **own,
         )
+        by_rest = remember(f, motion, own, rest[0]) if rest else None
         Fx, Fy, dFx_dX, dFx_dY, dFy_dY, dFx_dv, work = f.of_batch
         return Response(
             force=(Fx, Fy),
             by_motion={(0, 0): dFx_dX, (0, 1): dFx_dY, (1, 1): dFy_dY},
             by_drift={(0, 0): dFx_dv},
-            by_parameter=lambda name: _by_parameter(f, name),
+            by_parameter=lambda name: {0: by_rest} if name == REST and by_rest is not None else _by_parameter(f, name),
             values=values,
             work=work,
             detail=f,
@@ -72,7 +78,7 @@ class FrictionLaw(Law):
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
         """Intervals of stick, slip and separation of n elements, as ``ContactForces.states``."""
         X, Y = motion.Q
-        return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
+        return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **rest_of(values)[0])
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): with their corners (THEORY.md (3.1))."""
@@ -88,7 +94,7 @@ class FrictionLaw(Law):
     def undecided(response: Response) -> NDArray[np.bool_]:
         """Contacts that are stuck all period without sliding: their mean friction force is indeterminate."""
         low, high = response.detail.residual_traction.T
-        return np.asarray(low < high)
+        return np.asarray((low < high) & (REST not in response.values))
 
     @staticmethod
     def kinked(values: Mapping[str, Array]) -> NDArray[np.bool_]:
@@ -142,7 +148,9 @@ class FrictionLaw(Law):
             slope = np.sign(drift[TANGENTIAL_PORT]) * values["mu"] * kn
             return Linear({(0, 1): slope, (1, 1): kn}, {0: -slope * values["gap"], 1: -kn * values["gap"]})
         if state in ("stuck", "pressed"):
-            return Linear({(0, 0): values["kt"] * closed, (1, 1): kn}, {1: -kn * values["gap"]})
+            kt = values["kt"] * closed
+            at_rest = {0: -kt * values[REST]} if REST in values else {}
+            return Linear({(0, 0): kt, (1, 1): kn}, {**at_rest, 1: -kn * values["gap"]})
         return Linear({}, {})
 
     @staticmethod
@@ -164,7 +172,7 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
     from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
     h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
-    values = {name: values[name] for name in ("kt", "mu", "kn", "gap")}
+    values, rest = rest_of(values)
     intervals = element_intervals(h, X, Y, v=v, **values)
     H = h.H_minus(tau)
     normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
@@ -176,12 +184,17 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
             moved = v[e] * since + x - h.H_minus(start) @ X[e]
             force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)
             friction[e] = np.where(since <= end - start + EDGE, force, friction[e])
+    if rest:
+        f = element_forces(h, X, Y, v=v, **values)
+        middle = f.Fx[:, 0].copy()
+        remember(f, motion, values, rest[0])
+        friction += (f.Fx[:, 0] - middle)[:, None]
     return friction, normal
 
 
 def is_friction(law: Law) -> bool:
     """Whether a law is that of the friction element, whatever the names of its ports."""
-    return law.kind == FrictionLaw.kind
+    return law.kind in (FrictionLaw.kind, FrictionLaw.kind_at_rest)
 
 
 def _by_parameter(f: ContactForces, name: str) -> ByPort:

@@ -102,7 +102,7 @@ SLIDERS = ((100.0, 3.0), (60.0, 5.0), (40.0, 8.0))
 
 
 def iwan():
-    structure = ss.MatrixStructure(M=[[1.0]], K=[[20.0]], dofs=["x"])
+    structure = ss.MatrixStructure(M=[[1.0]], K=[[20.0]], C=[[0.5]], dofs=["x"])
     contacts = [
         ss.ContactPair(
             name=f"slider {i}", tangential="x", contact=ss.FrictionContact(kt=kt, mu=0.5, normal_load=2.0 * limit)
@@ -202,6 +202,46 @@ def test_vibration_begins_from_the_preload():
         # the ripple of the bolt is its share of the load
         ripple = branch.dataset.normal_force.isel(point=0, contact=1).sel(coefficient="c1").item()
         assert ripple == pytest.approx(20.0 * KB / (KB + KP), rel=1e-4)
+
+
+def test_stuck_contacts_keep_the_friction_of_the_assembly():
+    """Small vibration after loading and unloading: mean friction and displacement are those of the last step."""
+    problem = iwan()
+    state = ss.preload(problem, [ss.LoadStep(loads=static("x", force)) for force in (22.0, 4.0, 6.0)])
+    left = state.dataset.friction_force.values[-1, :, 0]
+    assert np.abs(left).min() > 0.1
+    small = ss.Problem(
+        problem.structure, contacts=problem.contacts, loads=ss.Load(dof="x", cos=0.5), harmonics=5, preload=state
+    )
+    branch = ss.steady_response(small, omega=2.0)
+    point = branch.dataset.isel(point=0)
+    np.testing.assert_allclose(point.friction_force.sel(coefficient="0").values, left, rtol=1e-9)
+    assert point.displacement.sel(dof="x", coefficient="0").item() == pytest.approx(x_of(state)[-1], rel=1e-9)
+    # of large vibration nothing is left of it
+    large = ss.steady_response(ss.Problem(
+        problem.structure, contacts=problem.contacts, loads=ss.Load(dof="x", cos=60.0), harmonics=5,
+        preload=state,
+    ), omega=2.0)  # fmt: skip
+    np.testing.assert_allclose(large.dataset.friction_force.isel(point=0).sel(coefficient="0"), 0.0, atol=2.3)
+
+
+def test_a_body_held_by_friction_vibrates_where_it_was_left(tmp_path):
+    press = ss.LoadStep(loads=static("z", -10.0))
+    push = ss.LoadStep(loads=[static("x", 2.4), static("y", 1.8)])
+    problem = sledge()
+    state = ss.preload(problem, [press, push])
+    shaken = ss.Problem(
+        problem.structure, contacts=problem.contacts, loads=ss.Load(dof="x", cos=0.3), harmonics=5, preload=state
+    )
+    branch = ss.steady_response(shaken, omega=1.0)
+    point = branch.dataset.isel(point=0)
+    np.testing.assert_allclose(point.friction_force.sel(coefficient="0").values[0], 2.4, rtol=1e-8)
+    np.testing.assert_allclose(point.second_friction_force.sel(coefficient="0").values[0], 1.8, rtol=1e-8)
+    np.testing.assert_allclose(point["mean"].values, [0.024, 0.018, -10.0 / 300.0], rtol=1e-8)
+    branch.save(tmp_path / "r.nc")
+    again = ss.load(tmp_path / "r.nc")
+    assert again.problem.contacts[0].contact == shaken.contacts[0].contact
+    np.testing.assert_allclose(again.loop(0)["force"].mean(), 2.4, rtol=1e-2)
 
 
 @pytest.mark.parametrize("planar", [False, True])

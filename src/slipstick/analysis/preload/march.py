@@ -233,6 +233,15 @@ class March:
         has[batch.ports[-1].members] = True
         return has
 
+    def rests(self, state: State) -> list[Array]:
+        """For each batch the motion at which the tangential springs would have no force, (n_ports - 1, n)."""
+        out = []
+        for values, contacts in zip(self.values, state.contacts, strict=True):
+            elastic = np.broadcast_to(values["kt"] > 0.0, contacts.force[:-1].shape)
+            stretched = np.divide(contacts.force[:-1], values["kt"], out=np.zeros(elastic.shape), where=elastic)
+            out.append(contacts.before[:-1] - stretched)
+        return out
+
     def displacement(self, state: State, outputs: Sequence[str]) -> Array:
         """Displacement of outputs (n_outputs,)."""
         rows = self.problem.direction_matrix([{dof: 1.0} for dof in outputs])

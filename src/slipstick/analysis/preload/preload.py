@@ -15,6 +15,7 @@ from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.names import block_of
+from slipstick.contact.rest import REST, SECOND_REST
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, several, warn, wrong
 from slipstick.fem.contact_points import ContactPoints
@@ -65,11 +66,14 @@ class Preload:
     notes: Sequence[str]
     gaps: Array = field(repr=False)
     """Gap of each contact as its law has it after the last step, (n_contacts,): bolts keep the length they have."""
+    rests: Array = field(repr=False)
+    """Motion of each contact at which its spring has no friction force, (n_contacts, 2)."""
 
     def applied(self, contacts: Sequence[ContactPair], loads: Sequence[Load]) -> tuple[list[ContactPair], list[Load]]:
         """Contacts and loads of the vibration that begins from this state.
 
-        The static loads are those of the last step; bolts have the length they were given.
+        The static loads are those of the last step; bolts have the length they were given, and friction contacts the
+        ``rest`` that their friction force goes with.
         """
         names = [pair.name for pair in self.problem.contacts]
         if [pair.name for pair in contacts] != names:
@@ -77,11 +81,15 @@ class Preload:
             raise InputError(Fault("preload", "is that of a problem with other contacts", remedy=remedy))
         out, at = [], 0
         for pair in contacts:
-            gap = self.gaps[at : at + len(pair)]
+            here = slice(at, at + len(pair))
             at += len(pair)
-            unchanged = "gap" not in pair.contact.values or np.array_equal(gap, pair.values("gap"))
-            new = float(gap[0]) if len(pair) == 1 else gap
-            out.append(pair if unchanged else replace(pair, contact=pair.contact.changed(gap=new)))
+            own = {"gap": self.gaps[here], **dict(zip((REST, SECOND_REST), self.rests[here].T, strict=True))}
+            if "second" not in pair.contact.ports:
+                del own[SECOND_REST]
+            if np.array_equal(own["gap"], pair.values("gap")):
+                del own["gap"]
+            one = {name: float(value[0]) if len(pair) == 1 else value for name, value in own.items()}
+            out.append(replace(pair, contact=pair.contact.changed(**one)))
         return out, [*(load for load in loads if load.harmonic), *self.loads]
 
     def table(self, step: int = -1) -> str:
@@ -188,10 +196,11 @@ def preload(
         state = march.step(state, end, first=k == 0)
         states.append(state)
     gaps = _by_element(problem, [contacts.gap for contacts in state.contacts])
+    rests = np.nan_to_num(_friction(problem, march.rests(state)))
     return Preload(
         problem=problem, dataset=_dataset(march, problem, ends, states, joints),
         loads=tuple(of_problem(problem, load) for load in ends[-1].loads.values() if load.cos),
-        notes=tuple(_notes(states[-1])), gaps=gaps,
+        notes=tuple(_notes(states[-1])), gaps=gaps, rests=rests,
     )  # fmt: skip
 
 
@@ -216,13 +225,10 @@ def _notes(last: State) -> Iterator[str]:
     friction = max((float(np.max(np.abs(contacts.force[:-1]), initial=0.0)) for contacts in last.contacts), default=0.0)
     yield "the vibration keeps the static loads and the lengths of bolts; normal forces are solved together with it"
     if friction:
-        yield TRACTIONS
-
-
-TRACTIONS = (
-    "friction forces of the preload are not kept by contacts that stick through the period: their mean force there is "
-    "the middle of what friction admits"
-)
+        yield (
+            "contacts that stick through the period keep the friction force of the preload as far as friction admits; "
+            "those that slip in it have forgotten it"
+        )
 
 
 def _by_element(problem: Problem, parts: Sequence[Array]) -> Array:
