@@ -17,7 +17,7 @@ from slipstick.analysis.preload.steps import Target
 from slipstick.balance.layout import Batch
 from slipstick.balance.problem import Problem
 from slipstick.contact.quasi_static import Increment
-from slipstick.errors import Fault, InputError, SlipstickError
+from slipstick.errors import Fault, InputError
 from slipstick.html import some
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
@@ -108,7 +108,7 @@ class March:
         return State(np.zeros(self.n), contacts, np.zeros(self.A.shape[1] - self.n))
 
     def step(self, state: State, target: Target, *, first: bool) -> State:
-        """The state at the end of a step; SlipstickError where there is no equilibrium on the way."""
+        """The state at the end of a step; InputError where there is no equilibrium on the way."""
         P = self._loads(target)
         controls = [self._control(k, state, target, first) for k in range(len(self.batches))]
         scale = self._size(state, P, controls)
@@ -127,7 +127,7 @@ class March:
                     size, cuts = 2.0 * size, cuts - 1
                 continue
             if cuts == _CUTS:
-                raise SlipstickError(self._lost(target, part, result, now, contacts))
+                raise InputError(self._lost(target, part, result, now, contacts))
             size, cuts = 0.5 * size, cuts + 1
         self._lock(now, controls)
         return now
@@ -255,7 +255,7 @@ class March:
 
     def _lost(
         self, target: Target, part: float, result: NewtonResult, now: State, contacts: Sequence[BatchState]
-    ) -> str:
+    ) -> Fault:
         """Where there is no equilibrium, which contacts changed last, and what to try."""
         changed = [
             self.problem.elements[batch.numbers[i]]
@@ -267,12 +267,15 @@ class March:
         total = len(self.problem.elements)
         why = "" if result.reason is None else f" ({result.reason.text})"
         about = f"; changing there: {some(changed, _LINES)}" if changed else ""
-        return (
-            f"load step '{target.name}': no equilibrium beyond {100.0 * part:.4g} % of it{why}, with {opened} of "
-            f"{total} contacts open and {sliding} slipping{about}. Where all that holds a part opens or slips, there "
-            "is none: hold it, tighten the bolts in a step before the load, or lower the load; else give more "
-            "increments, or a smaller kn"
+        what = (
+            f"no equilibrium beyond {100.0 * part:.4g} % of it{why}, with {opened} of {total} contacts open and "
+            f"{sliding} slipping{about}"
         )
+        remedy = (
+            "where all that holds a part opens or slips there is none: hold it, tighten the bolts in a step before the "
+            "load, or lower the load; else give more increments, or a smaller kn"
+        )
+        return Fault(("preload", target.name), what, remedy=remedy)
 
 
 def _supported(problem: Problem, directions: Any) -> tuple[Any, Array]:

@@ -108,7 +108,7 @@ class Preload:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write the dataset as netCDF, with the extra ``netcdf`` or h5netcdf as xarray takes them."""
+        """Write the dataset as netCDF, which xarray opens; the path."""
         target = Path(path)
         self.dataset.to_netcdf(target, engine="h5netcdf")
         return target
@@ -148,9 +148,8 @@ def preload(
     ------
     InputError
         For bolts, dofs and shapes that are not there; laws other than the friction contacts; a structure that neither
-        its supports nor its contacts hold.
-    SlipstickError
-        Where no equilibrium is found: in which step, how far in it, which contacts change there, what to try.
+        its supports nor its contacts hold. Where no equilibrium is found: in which step, how far in it, which contacts
+        change there, what to try.
 
     Notes
     -----
@@ -240,6 +239,12 @@ def _by_element(problem: Problem, parts: Sequence[Array]) -> Array:
     return out
 
 
+def _owners(problem: Problem, friction: Array) -> list[str]:
+    """The joint that each contact belongs to: of "flange 3" it is flange; a bolt is one by itself."""
+    slides = ~np.isnan(friction[0]).all(axis=1)
+    return [block_of(name) if along else name for name, along in zip(problem.elements, slides, strict=True)]
+
+
 def _friction(problem: Problem, parts: Sequence[Array]) -> Array:
     """Along both directions (n_elements, 2) of those by batch (1 or 2, n); nan where a contact does not slide so."""
     out = np.full((len(problem.elements), 2), np.nan)
@@ -277,12 +282,14 @@ def _dataset(
     )
     kinds = np.stack([_states(problem, s) for s in states])
     moved = np.stack([march.displacement(s, outputs) for s in states])
-    area, owner = np.full(len(problem.elements), np.nan), [block_of(name) for name in problem.elements]
+    position, normal_of = np.full((2, len(problem.elements), 3), np.nan)
+    area, owner = np.full(len(problem.elements), np.nan), _owners(problem, friction)
     of_joint = {pair.name: (joint, k) for joint in joints for k, pair in enumerate(joint)}  # type: ignore[var-annotated,arg-type]
     for e, name in enumerate(problem.elements):
         if name in of_joint:
             joint, k = of_joint[name]
             area[e], owner[e] = joint.points.areas[k], joint.name
+            position[e], normal_of[e] = joint.points.positions[k], joint.points.normals[k]
     blocks = list(dict.fromkeys(owner))
     place, share = np.array([blocks.index(name) for name in owner]), np.where(np.isnan(area), 1.0, area)
     size = np.sqrt(np.nansum(friction**2, axis=-1))
@@ -323,10 +330,12 @@ def _dataset(
             "traction": variable(by_direction, friction / area[:, None], pressure, "friction traction"),
             "largest_pressure": variable(("step", "joint"), largest, pressure, "largest normal pressure"),
             "area": variable(("contact",), area, units.label("length^2"), "area of the contact"),
+            "position": variable(("contact", "axis"), position, length, "position of the contact"),
+            "normal": variable(("contact", "axis"), normal_of, "1", "normal out of the first surface"),
         }
     coordinates = {
         "step": [end.name for end in ends], "contact": list(problem.elements), "direction": list(DIRECTIONS),
-        "joint": blocks, "dof": outputs, "joint_of": ("contact", owner),
+        "joint": blocks, "dof": outputs, "axis": ["x", "y", "z"], "joint_of": ("contact", owner),
     }  # fmt: skip
     attributes = {"analysis": "preload", "title": problem.title, "notes": "\n".join(_notes(states[-1]))}
     return xarray.Dataset(variables, coordinates, attributes)
