@@ -88,11 +88,11 @@ def _surface(data: xr.Dataset, joint: str, ax: Axes | None) -> DrawnAxes:
     )  # fmt: skip
     if slips.any():
         ax.scatter([], [], s=size, facecolors="none", edgecolors=COLOURS[1], label="at the limit of friction")
-    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_aspect("equal", adjustable="box")
     assert ax.figure is not None
     label_colour_bar(ax.figure.colorbar(dots, ax=ax), f"pressure ({data['pressure'].attrs['units']})")
     if opened.any() or slips.any():
-        legend(ax)
+        ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, fontsize="small")
     titled(ax.get_figure(True), joint, f"after {data['step'].item()}")  # type: ignore[arg-type]
     return ax
 
