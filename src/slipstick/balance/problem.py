@@ -368,6 +368,7 @@ def _preloaded(preload: object, contacts: Any, loads: Any) -> tuple[list[Contact
     pairs = checks.take(several, "contacts", contacts, ContactPair, "an ss.ContactPair")
     acting = checks.take(several, "loads", loads, Load, "an ss.Load")
     checks.end()
+    assert state is not None
     return state.applied(pairs or (), acting or ())
 
 

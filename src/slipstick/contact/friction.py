@@ -123,12 +123,12 @@ class FrictionContact(FrictionLaw):
         return own if self.rest is None else {**own, "rest": self.rest}
 
     @default
-    def kind(self) -> str:  # type: ignore[override]
+    def kind(self) -> str:
         """Contacts of which the motion without tangential force is known are computed by themselves."""
         return "friction" if self.rest is None else self.kind_at_rest
 
     @default
-    def linear_states(self) -> tuple[str, ...]:  # type: ignore[override]
+    def linear_states(self) -> tuple[str, ...]:
         """After load steps most contacts are closed, whatever their gaps are."""
         usual = FrictionLaw.linear_states
         return usual if self.rest is None else ("pressed", *usual)

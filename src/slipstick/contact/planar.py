@@ -122,7 +122,8 @@ class PlanarFrictionContact(FrictionContact):
     @default
     def values(self) -> Mapping[str, Numbers]:
         """Every parameter by name."""
-        own = FrictionContact.values.__get__(self)
+        usual: Any = FrictionContact.values
+        own = usual.__get__(self)
         return own if self.second_rest is None else {**own, "second_rest": self.second_rest}
 
     @default

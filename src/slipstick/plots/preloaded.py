@@ -81,10 +81,11 @@ def _surface(data: xr.Dataset, joint: str, ax: Axes | None) -> DrawnAxes:
     opened, slips = state == "open", state == "slip"
     size = np.clip(_DOTS * 40.0 / len(position), 4.0, 4.0 * _DOTS)
     pressure = data["pressure"].to_numpy()
-    ax.scatter(*seen[opened].T, s=size, facecolors="none", edgecolors="#999999", label="open")
+    x, y = seen.T
+    ax.scatter(x[opened], y[opened], s=size, facecolors="none", edgecolors="#999999", label="open")
     dots: Any = ax.scatter(
-        *seen[~opened].T, s=size, c=pressure[~opened], cmap="viridis", vmin=0.0,
-        edgecolors=np.where(slips[~opened], COLOURS[1], "none"), linewidths=1.2,
+        x[~opened], y[~opened], s=size, c=pressure[~opened], cmap="viridis", vmin=0.0, linewidths=1.2,
+        edgecolors=[COLOURS[1] if slipping else "none" for slipping in slips[~opened]],
     )  # fmt: skip
     if slips.any():
         ax.scatter([], [], s=size, facecolors="none", edgecolors=COLOURS[1], label="at the limit of friction")
@@ -93,7 +94,7 @@ def _surface(data: xr.Dataset, joint: str, ax: Axes | None) -> DrawnAxes:
     label_colour_bar(ax.figure.colorbar(dots, ax=ax), f"pressure ({data['pressure'].attrs['units']})")
     if opened.any() or slips.any():
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, fontsize="small")
-    titled(ax.get_figure(True), joint, f"after {data['step'].item()}")  # type: ignore[arg-type]
+    titled(ax.get_figure(True), joint, f"after {data['step'].item()}")
     return ax
 
 

@@ -109,8 +109,8 @@ class LoadStep:
         values["loads"] = gathering.take(several, "loads", loads, Load, "an ss.Load") or ()
         for place, load in enumerate(values["loads"]):
             if load.harmonic:
-                found = f"a load of harmonic {load.harmonic} on '{load.target}'"
-                gathering.faults.append(Fault(("loads", place), found=found, expected="a static load: harmonic=0"))
+                varying = f"a load of harmonic {load.harmonic} on '{load.target}'"
+                gathering.faults.append(Fault(("loads", place), found=varying, expected="a static load: harmonic=0"))
         for key, given, least in (("bolts", bolts, 0.0), ("shortening", shortening, -float("inf"))):
             named = 'values by the names of bolts, {"bolt 1": 12e3}'
             found: dict[str, Any] = gathering.take(table, key, given or {}, named) or {}
