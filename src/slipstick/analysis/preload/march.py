@@ -111,7 +111,8 @@ class March:
         """The state at the end of a step; InputError where there is no equilibrium on the way."""
         P = self._loads(target)
         controls = [self._control(k, state, target, first) for k in range(len(self.batches))]
-        scale = self._size(state, P, controls)
+        stuck = self._stuck(state, P, controls, [control.gap for control in controls], 1.0)
+        scale = max(float(np.linalg.norm(part)) for part in (stuck, state.q, np.full(1, 1e-300)))
         begin, now, part, size, cuts = state, state, 0.0, 1.0 / target.increments, 0
         while part < 1.0:
             to = min(1.0, part + size)
@@ -158,26 +159,33 @@ class March:
             return Evaluation(q + self.A[:, :n] @ F - free, DenseJacobian(np.eye(n) + self.A[:, :n] @ K))
 
         result = newton(evaluate, now.q, options=_NEWTON, scale=scale)
+        if not result.converged:  # as of a body that nothing holds until gaps close
+            start = self._stuck(now, load, controls, at, to)
+            result = newton(evaluate, start, options=_NEWTON, scale=scale)
         contacts = [self._after(k, now.contacts[k], result.x, at[k], controls[k], to) for k in range(len(self.batches))]
         return result, contacts
 
-    def _size(self, begin: State, P: Array, controls: Sequence[_Control]) -> float:
-        """Size of the motion in a step: with all contacts stuck, under loads, bolts and overlaps."""
+    def _stuck(self, now: State, load: Array, controls: Sequence[_Control], gaps: Sequence[Array], to: float) -> Array:
+        """Motion with all contacts closed and stuck, whatever their forces: a guess, and a size."""
         F, K = np.zeros(self.n), -np.diag(self.springs)
-        for batch, control, values in zip(self.batches, controls, self.values, strict=True):
-            port = batch.ports[-1]
-            force = np.where(control.held, control.force, values["kn"] * np.maximum(-control.gap, 0.0))
-            F[port.rows] = force[port.members]
-            for i, each in enumerate(batch.ports):
-                rows = np.arange(self.n)[each.rows]
-                K[rows, rows] += values["kn" if i == len(batch.ports) - 1 else "kt"][each.members]
-        right = self.A @ np.concatenate([-F, P]), self.A[:, self.n :] @ begin.loads
-        J = np.eye(self.n) + self.A[:, : self.n] @ K
+        for k, batch in enumerate(self.batches):
+            control, values, before = controls[k], self.values[k], now.contacts[k]
+            for i, port in enumerate(batch.ports):
+                if i == len(batch.ports) - 1:
+                    given = control.start + to * (control.force - control.start)
+                    stiff = np.where(control.held, 0.0, values["kn"])
+                    force = np.where(control.held, given, stiff * (self.moving[k][i] - gaps[k]))
+                else:
+                    stiff = values["kt"]
+                    force = before.force[i] + stiff * (self.moving[k][i] - before.before[i])
+                rows = np.arange(self.n)[port.rows]
+                F[rows] += force[port.members]
+                K[rows, rows] += stiff[port.members]
+        J, right = np.eye(self.n) + self.A[:, : self.n] @ K, self.A @ np.concatenate([-F, load])
         try:
-            stuck = np.linalg.solve(J, np.stack(right, axis=1))
+            return np.asarray(np.linalg.solve(J, right))
         except np.linalg.LinAlgError:
-            stuck = np.linalg.lstsq(J, np.stack(right, axis=1), rcond=None)[0]
-        return max(float(np.linalg.norm(part)) for part in (*stuck.T, begin.q, np.full(1, 1e-300)))
+            return np.asarray(np.linalg.lstsq(J, right, rcond=None)[0])
 
     def _increment(self, k: int, before: BatchState, moved: Array, gap: Array) -> Increment:
         values = {**self.values[k], "gap": gap}
