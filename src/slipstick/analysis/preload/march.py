@@ -25,6 +25,9 @@ from slipstick.structure.checks import dense
 from slipstick.typing import Array, BoolArray
 
 _NEWTON = NewtonOptions(max_iterations=60, non_monotone=8)
+_CLOSE = 1e-6
+"""Last correction, over the motion with all contacts stuck, that is close enough where the iteration stands still: of
+bodies on soft springs, whose compliance is a difference of large numbers."""
 _CUTS = 12
 """Halvings of an increment, at most."""
 _LINES = 8
@@ -118,7 +121,7 @@ class March:
             to = min(1.0, part + size)
             to = 1.0 if 1.0 - to < 1e-9 else to
             result, contacts = self._solved(now, begin, P, controls, to, scale)
-            if result.converged:
+            if result.converged or result.correction_norm < _CLOSE:
                 now = State(
                     result.x, contacts, begin.loads + to * (P - begin.loads),
                     now.increments + 1, now.iterations + result.iterations,
@@ -140,7 +143,7 @@ class March:
         n, load = self.n, begin.loads + to * (P - begin.loads)
         both = zip(begin.contacts, controls, strict=True)
         at = [start.gap + to * (control.gap - start.gap) for start, control in both]
-        free = self.A[:, n:] @ load
+        free, size = self.A[:, n:] @ load, np.abs(self.A)
 
         def evaluate(q: Array) -> Evaluation:
             F, K = -self.springs * q, -np.diag(self.springs)
@@ -156,10 +159,13 @@ class March:
                     F[port.rows] += force[i][port.members]
                 for (i, j), places in batch.coupled.items():
                     np.add.at(K, (places.felt, places.moving), slopes[i, j, places.members])
-            return Evaluation(q + self.A[:, :n] @ F - free, DenseJacobian(np.eye(n) + self.A[:, :n] @ K))
+            residual, J = q + self.A[:, :n] @ F - free, DenseJacobian(np.eye(n) + self.A[:, :n] @ K)
+            return Evaluation(residual, J, terms=lambda: size @ np.r_[np.abs(F) + np.abs(K) @ np.abs(q), np.abs(load)])
 
         result = newton(evaluate, now.q, options=_NEWTON, scale=scale)
-        if not result.converged:  # as of a body that nothing holds until gaps close
+        if not (
+            result.converged or result.correction_norm < _CLOSE
+        ):  # as of a body that nothing holds until gaps close
             start = self._stuck(now, load, controls, at, to)
             result = newton(evaluate, start, options=_NEWTON, scale=scale)
         contacts = [self._after(k, now.contacts[k], result.x, at[k], controls[k], to) for k in range(len(self.batches))]
