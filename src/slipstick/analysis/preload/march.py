@@ -28,6 +28,8 @@ _NEWTON = NewtonOptions(max_iterations=60, non_monotone=8)
 _CLOSE = 1e-6
 """Last correction, over the motion with all contacts stuck, that is close enough where the iteration stands still: of
 bodies on soft springs, whose compliance is a difference of large numbers."""
+_STILL = 3
+"""Halvings of an increment before that is taken."""
 _CUTS = 12
 """Halvings of an increment, at most."""
 _LINES = 8
@@ -92,6 +94,8 @@ class March:
         self.structure, self.springs = _supported(problem, self.directions)
         receptance = problem.load_columns.receptance(self.structure, self.directions, self.directions)
         self.A = np.asarray(receptance.written().static, dtype=float)
+        self.unsettled: list[str] = []
+        """Steps in which an increment was taken although the iteration stood still."""
 
     def start(self) -> State:
         """Nothing loaded, nothing touching with force."""
@@ -121,7 +125,9 @@ class March:
             to = min(1.0, part + size)
             to = 1.0 if 1.0 - to < 1e-9 else to
             result, contacts = self._solved(now, begin, P, controls, to, scale)
-            if result.converged or result.correction_norm < _CLOSE:
+            if result.converged or (cuts == _STILL and result.correction_norm < _CLOSE):
+                if not result.converged:
+                    self.unsettled.append(f"'{target.name}' at {100.0 * to:.4g} %")
                 now = State(
                     result.x, contacts, begin.loads + to * (P - begin.loads),
                     now.increments + 1, now.iterations + result.iterations,
@@ -163,9 +169,7 @@ class March:
             return Evaluation(residual, J, terms=lambda: size @ np.r_[np.abs(F) + np.abs(K) @ np.abs(q), np.abs(load)])
 
         result = newton(evaluate, now.q, options=_NEWTON, scale=scale)
-        if not (
-            result.converged or result.correction_norm < _CLOSE
-        ):  # as of a body that nothing holds until gaps close
+        if not result.converged:  # as of a body that nothing holds until gaps close
             start = self._stuck(now, load, controls, at, to)
             result = newton(evaluate, start, options=_NEWTON, scale=scale)
         contacts = [self._after(k, now.contacts[k], result.x, at[k], controls[k], to) for k in range(len(self.batches))]

@@ -194,6 +194,8 @@ def preload(
     for k, end in enumerate(ends):
         state = march.step(state, end, first=k == 0)
         states.append(state)
+    if march.unsettled:
+        warn([UNSETTLED.format(some(march.unsettled, 3))])
     gaps = _by_element(problem, [contacts.gap for contacts in state.contacts])
     rests = np.nan_to_num(_friction(problem, march.rests(state)))
     return Preload(
@@ -217,6 +219,12 @@ def _warnings(problem: Problem, steps: Sequence[LoadStep]) -> Iterator[str]:
         yield f"load steps leave out the rubbing motion of {some(rubbing, 5)}"
     if problem.thermal is not None or problem.states:
         yield "load steps leave out heat and wear: contacts have the parameters they are given with"
+
+
+UNSETTLED = (
+    "the iteration stood still in load steps {}, with a last correction below 1e-6 of the motion: forces are that "
+    "accurate, displacements of what hangs on very soft springs are not; use stiffer springs"
+)
 
 
 def _notes(last: State) -> Iterator[str]:
