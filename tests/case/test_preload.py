@@ -77,6 +77,14 @@ def test_a_case_vibrates_from_its_load_steps():
     assert mean == pytest.approx(state.dataset.friction_force.values[-1, 0, 0], rel=1e-6)
 
 
+def test_parameters_that_change_later_are_told_of():
+    assert not ss.Case.from_text(FLANGE).noticed
+    swept = FLANGE.replace(
+        "from = 1000.0\nto = 40000.0", 'parameter = "plates.mu"\nfrom = 0.2\nto = 0.3\nomega = 900.0'
+    )
+    assert "load steps are computed once" in ss.Case.from_text(swept).noticed[-1]
+
+
 def test_the_script_of_a_case_makes_the_same(tmp_path):
     script = tmp_path / "flange.py"
     script.write_text(python_script(FLANGE, "flange.toml", tmp_path), encoding="utf-8")

@@ -209,6 +209,15 @@ class _Builder:
         return [fault.inside("structure") for fault in faults]
 
 
+def _once(reading: Reading, plan: StudyPlan | None) -> list[str]:
+    """Whether parameters change that load steps depend on."""
+    if not reading.steps.steps or (plan is None and reading.response.parameter is None):
+        return []
+    return [
+        "load steps are computed once, with the values of the file: parameters that change later do not change them"
+    ]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """A checked case: the objects it describes and what is to be followed.
@@ -294,7 +303,7 @@ class Case:
             frequency_unit=reading.frequency_unit,
             plan=plan,
             further={RENAMED.get(name, name): table for name, table in requests.items()},
-            noticed=(*reading.body.warnings, *reading.warnings, *renamed),
+            noticed=(*reading.body.warnings, *reading.warnings, *renamed, *_once(reading, plan)),
             steps=reading.steps,
         )
         if plan is not None and plan.tuned is not None:
