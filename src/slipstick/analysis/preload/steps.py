@@ -52,7 +52,7 @@ def bolt(*, name: str, elongation: DirectionLike, stiffness: float, preload: flo
     gathering = Gathering()
     stiffness = gathering.take(number, "stiffness", stiffness, "a stiffness > 0", above=SMALLEST) or 1.0
     force = gathering.take(number, "preload", preload, "a force >= 0", above=0.0) or 0.0
-    if not elongation:
+    if elongation is None or (isinstance(elongation, Mapping | Sequence) and not elongation):
         remedy = 'give the dofs of head and nut: {"head_z": 1.0, "nut_z": -1.0}'
         gathering.faults.append(Fault("elongation", "has no direction", remedy=remedy))
     gathering.end(*(("bolt", name) if isinstance(name, str) else ()))
@@ -113,7 +113,7 @@ class LoadStep:
                 gathering.faults.append(Fault(("loads", place), found=varying, expected="a static load: harmonic=0"))
         for key, given, least in (("bolts", bolts, 0.0), ("shortening", shortening, -float("inf"))):
             named = 'values by the names of bolts, {"bolt 1": 12e3}'
-            found: dict[str, Any] = gathering.take(table, key, given or {}, named) or {}
+            found: dict[str, Any] = gathering.take(table, key, {} if given is None else given, named) or {}
             expected = "a force >= 0" if key == "bolts" else "a length"
             values[key] = {
                 bolt: gathering.take(number, (key, bolt), value, expected, above=least) for bolt, value in found.items()
