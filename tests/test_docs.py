@@ -78,7 +78,19 @@ GIVEN = {
 }
 """Files that a page speaks of."""
 
-SECTIONS = {"structure", "load", "contact", "joint", "thermal", "response", "output", "study", "run_up"}
+SECTIONS = {
+    "structure",
+    "load",
+    "contact",
+    "joint",
+    "bolt",
+    "preload",
+    "thermal",
+    "response",
+    "output",
+    "study",
+    "run_up",
+}
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {

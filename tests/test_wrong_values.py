@@ -175,7 +175,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Harmonics.derivative": (lambda: H.derivative, {"X": np.ones(7)}),
     "FrictionContact": (
         lambda: ss.FrictionContact,
-        {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None},
+        {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None, "rest": 0.1},
     ),
     "FrictionContact by load": (lambda: ss.FrictionContact, {"kt": 1.0, "mu": 0.3, "kn": 1.0, "normal_load": 1.0}),
     "RubbingMotion": (lambda: ss.RubbingMotion, {
@@ -202,7 +202,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "PlanarFrictionContact": (
         lambda: ss.PlanarFrictionContact,
-        {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None, "tolerance": 1e-8},
+        {
+            "kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None, "tolerance": 1e-8, "rest": 0.1,
+            "second_rest": 0.1,
+        },
     ),
     "SampledLaw": (
         lambda: ss.SampledLaw,
@@ -281,6 +284,16 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {"dof": "x", "shape": None, "harmonic": 1, "cos": 1.0, "sin": 1.0, "amplitude": None, "phase": None},
     ),
     "Load of a support": (lambda: ss.Load, {"base": {"x": 1.0}, "motion": "displacement", "cos": 1.0}),
+    "LoadStep": (
+        lambda: ss.LoadStep,
+        {"name": "a", "loads": [ss.Load(dof="x", harmonic=0, cos=1.0)], "bolts": {"b": 1.0}, "shortening": {"c": 1.0},
+         "increments": 2},
+    ),
+    "bolt": (lambda: ss.bolt, {"name": "b", "elongation": {"x": 1.0}, "stiffness": 2.0, "preload": 1.0}),
+    "preload": (
+        lambda: ss.preload,
+        {"problem": STEADY, "steps": [ss.LoadStep(loads=ss.Load(dof="x", harmonic=0, cos=1.0))], "pairs": []},
+    ),
     "Load by amplitude": (lambda: ss.Load, {"dof": "x", "amplitude": 1.0, "phase": 0.5}),
     "ContactPair": (
         lambda: ss.ContactPair,
@@ -294,7 +307,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "structure": STRUCTURE, "contacts": [PAIR], "loads": [LOAD], "harmonics": H, "outputs": ["x"],
             "period_ratio": (1, 1), "title": "t", "units": {"length": "mm"}, "load": 1.0, "friction": 1.0,
-            "thermal": None, "states": (), "told": None,
+            "thermal": None, "states": (), "told": None, "preload": None,
         },
     ),
     "Problem.parameter": (lambda: PROBLEM.parameter, {"name": "damper.mu"}),

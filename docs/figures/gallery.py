@@ -199,6 +199,27 @@ def of_machines() -> Iterator[Drawing]:
     yield "campbell", lambda: ss.plots.campbell(ss.models.campbell(rotor, speeds=np.linspace(0.0, 400.0, 41)))
 
 
+def of_joints() -> Iterator[Drawing]:
+    """Two plates that one load presses together off their middle."""
+    from slipstick.fem.box import box
+    from slipstick.fem.mesh import together
+    from slipstick.fem.model import elastic_model
+
+    lower = box((0.06, 0.04, 0.006), (12, 8, 2), "hex8")
+    upper = box((0.06, 0.04, 0.006), (9, 6, 2), "hex8", at=(0.0, 0.0, 0.006))
+    mesh = together({"lower": lower, "upper": upper})
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    plates = elastic_model(mesh, steel, ["lower.z0", "upper.x0"])
+    law = ss.PlanarFrictionContact(kt=1e13, kn=2e13, mu=0.3, gap=0.0)
+    joint = ss.surface_pair(plates, "lower.z1", "upper.z0", contact=law, points=100)
+    pushed = f"n{mesh.labels[np.argmin(np.linalg.norm(mesh.nodes - [0.04, 0.02, 0.012], axis=1))]}"
+    body = ss.reduced_body(plates, pairs=joint, keep=[f"{pushed}x", f"{pushed}z"], modes=20, loss_factor=0.01)
+    problem = ss.Problem(body.structure, contacts=joint, units={"length": "m", "force": "N"})
+    push = [ss.Load(dof=f"{pushed}{axis}", harmonic=0, cos=force) for axis, force in (("x", 2e3), ("z", -8e3))]
+    state = ss.preload(problem, ss.LoadStep(name="push", loads=push), pairs=joint)
+    yield "preload", lambda: ss.plots.preload(state.dataset)
+
+
 def main() -> None:
     mpl.use("agg")
     target = HERE / "gallery"
@@ -211,6 +232,7 @@ def main() -> None:
             of_runs(),
             of_measurements(),
             of_machines(),
+            of_joints(),
         ):
             for name, draw in group:
                 figure = draw().figure

@@ -52,6 +52,9 @@ _PUBLIC = {
     "optimal": "slipstick.analysis.peaks.optimum",
     "track_peak": "slipstick.analysis.peaks.tracking",
     "wear": "slipstick.analysis.wear.wear",
+    "LoadStep": "slipstick.analysis.preload.steps",
+    "bolt": "slipstick.analysis.preload.steps",
+    "preload": "slipstick.analysis.preload.preload",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.runs.resume",
@@ -78,6 +81,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes as nonlinear_modes
     from slipstick.analysis.peaks.optimum import optimal as optimal
     from slipstick.analysis.peaks.tracking import track_peak as track_peak
+    from slipstick.analysis.preload.preload import preload as preload
+    from slipstick.analysis.preload.steps import LoadStep as LoadStep
+    from slipstick.analysis.preload.steps import bolt as bolt
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles as limit_cycles
     from slipstick.analysis.time_domain.transient import transient as transient
     from slipstick.analysis.wear.wear import wear as wear

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real as Number
 from types import MappingProxyType, SimpleNamespace
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from scipy import sparse
@@ -54,6 +54,14 @@ _FEW_COLUMNS = 64
 """Columns up to which it is a dense array of any size."""
 
 
+@runtime_checkable
+class Preloaded(Protocol):
+    """A state from which vibration begins: what ``ss.preload`` returns."""
+
+    def applied(self, contacts: Sequence[ContactPair], loads: Sequence[Load]) -> tuple[list[ContactPair], list[Load]]:
+        """Contacts and loads of the vibration."""
+
+
 @dataclass(frozen=True, init=False)
 class Problem:
     """Steady periodic vibration of a structure with friction contacts under rubbing motion (THEORY.md sections 1, 9).
@@ -89,6 +97,9 @@ class Problem:
     told
         Warnings that analyses of this problem gave already, or of the one it is a copy of: none is given twice. None:
         none is given at all; who builds it so shows ``slipstick.balance.physics_checks.problem_warnings``.
+    preload
+        What ``ss.preload`` returns: the vibration begins from that state. Its static loads take the place of those
+        given here, and bolts have the length they were given.
 
     Raises
     ------
@@ -127,7 +138,10 @@ class Problem:
         thermal: ThermalModel | None = None,
         states: StateModel | Iterable[StateModel] = (),
         told: Iterable[str] | None = frozenset(),
+        preload: Preloaded | None = None,
     ) -> None:
+        if preload is not None:
+            contacts, loads = _preloaded(preload, contacts, loads)
         arguments = {
             "structure": structure, "contacts": contacts, "loads": loads, "harmonics": harmonics, "outputs": outputs,
             "period_ratio": period_ratio, "title": title, "units": units, "load": load, "friction": friction,
@@ -146,6 +160,11 @@ class Problem:
             raise InputError(faults)
         for state in self.contact_states if self.batches else ():
             object.__setattr__(self, "contacts", pairs_at_start(self.contacts, self.batches[state.batch], state))
+
+    def preloaded(self, preload: Preloaded) -> Problem:
+        """A copy whose vibration begins from the state that ``ss.preload`` found."""
+        contacts, loads = _preloaded(preload, self.contacts, self.loads)
+        return replace(self, contacts=contacts, loads=loads)
 
     def _repr_html_(self) -> str:
         return problem_html(self)
@@ -340,6 +359,17 @@ class Problem:
             now = SimpleNamespace(**{**parts, **new})
             new |= changed(now, self._target(now, name), name, number(name, value))
         return new
+
+
+def _preloaded(preload: object, contacts: Any, loads: Any) -> tuple[list[ContactPair], list[Load]]:
+    """Contacts and loads as a preload leaves them."""
+    checks = Gathering()
+    state = checks.take(one, "preload", preload, Preloaded, "what ss.preload returns")
+    pairs = checks.take(several, "contacts", contacts, ContactPair, "an ss.ContactPair")
+    acting = checks.take(several, "loads", loads, Load, "an ss.Load")
+    checks.end()
+    assert state is not None
+    return state.applied(pairs or (), acting or ())
 
 
 def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:

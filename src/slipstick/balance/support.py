@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.contact.law import Motion
+from slipstick.contact.rest import REST
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import dense
 from slipstick.structure.matrices import NOTHING_HOLDS
@@ -89,13 +90,16 @@ def _static_loads(problem: Problem) -> Array:
 
 
 def _fixing(problem: Problem) -> Array:
-    """Ports (n_ports,) whose force depends on the mean position: friction along a surface does not."""
+    """Ports (n_ports,) whose force depends on the mean position: friction along a surface does not.
+
+    That of a contact that knows its motion at rest does, as long as it sticks.
+    """
     fixing = np.ones(len(problem.port_directions), dtype=bool)
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         along = {port for name, port in batch.law.surface_ports.items() if name != "normal"}
         for i, name in enumerate(batch.law.ports):
             port = batch.ports[i]
-            if name in along and port.size:
+            if name in along and port.size and REST not in given.values:
                 fixing[port.rows] = _answers_mean(batch, i, given.values)[port.members]
     return fixing
 

@@ -25,6 +25,7 @@ from slipstick.case.cross_checks import (
 )
 from slipstick.case.fe import reaching
 from slipstick.case.load import build_load
+from slipstick.case.preload import LoadSteps, build_bolts
 from slipstick.case.response import (
     STEP_KEYS,
     ResponseTable,
@@ -46,6 +47,7 @@ from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.preload.preload import Preload
     from slipstick.analysis.road.events import EventFunction
     from slipstick.analysis.road.request import Request, ResponseOptions
     from slipstick.balance.balance import Balance
@@ -68,6 +70,7 @@ class Reading:
     remarks: str
     body: Body
     problem: Problem
+    steps: LoadSteps
     response: ResponseTable
     frequency_unit: str
     warnings: tuple[str, ...]
@@ -94,8 +97,9 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
         faults += [*gathering.faults, *unit_faults(raw, units)]
     if not faults:
         try:
+            steps = LoadSteps(sections.bolts, sections.steps)
             problem = parts.problem()
-            faults += parts.reduction_faults(problem)
+            faults += [*parts.reduction_faults(problem), *steps.faults(problem)]
         except InputError as error:
             faults += [in_block(fault, parts.placed) for fault in error.faults]
     if faults:
@@ -104,7 +108,7 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     assert sections.response is not None
     return Reading(
         title=sections.top.table.title, author=sections.top.table.author, remarks=sections.top.table.remarks,
-        body=described.body, problem=problem,
+        body=described.body, problem=problem, steps=steps,
         response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
         warnings=(*parts.phases, *parts.noticed),
     )  # fmt: skip
@@ -153,7 +157,11 @@ class _Builder:
         assert self._described.structure is not None
         problem = Problem(
             self._described.structure,
-            contacts=[*(c.pair for c in self.placed), *described_joints(self._described)],
+            contacts=[
+                *(c.pair for c in self.placed),
+                *described_joints(self._described),
+                *build_bolts(self._sections.bolts),
+            ],
             loads=[*self.loads, *joint_loads(self._described)],
             harmonics=top.harmonics,
             outputs=None if output is None or self._described.disc is not None else output.table.dofs,
@@ -202,6 +210,15 @@ class _Builder:
         return [fault.inside("structure") for fault in faults]
 
 
+def _once(reading: Reading, plan: StudyPlan | None) -> list[str]:
+    """Whether parameters change that load steps depend on."""
+    if not reading.steps.steps or (plan is None and reading.response.parameter is None):
+        return []
+    return [
+        "load steps are computed once, with the values of the file: parameters that change later do not change them"
+    ]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """A checked case: the objects it describes and what is to be followed.
@@ -225,6 +242,8 @@ class Case:
     """Approximations and suspicious values of the model and of the text, one sentence each."""
     author: str = ""
     remarks: str = ""
+    steps: LoadSteps | None = field(default=None, repr=False)
+    """The load steps before the vibration."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -285,7 +304,8 @@ class Case:
             frequency_unit=reading.frequency_unit,
             plan=plan,
             further={RENAMED.get(name, name): table for name, table in requests.items()},
-            noticed=(*reading.body.warnings, *reading.warnings, *renamed),
+            noticed=(*reading.body.warnings, *reading.warnings, *renamed, *_once(reading, plan)),
+            steps=reading.steps,
         )
         if plan is not None and plan.tuned is not None:
             try:
@@ -312,8 +332,20 @@ class Case:
         return self.body.structure
 
     def problem(self) -> Problem:
-        """The problem the case describes."""
-        return self.problem_
+        """The problem the case describes; its vibration begins from the load steps, computed at the first call."""
+        return self._loaded
+
+    @cached_property
+    def preloaded(self) -> Preload | None:
+        """The load steps of the case, computed; None where there are none. InputError where they cannot be."""
+        try:
+            return None if self.steps is None else self.steps.computed(self.problem_, self.body.joints)
+        except InputError as error:
+            raise InputError(error.faults, in_case) from None
+
+    @cached_property
+    def _loaded(self) -> Problem:
+        return self.problem_ if self.preloaded is None else self.problem_.preloaded(self.preloaded)
 
     @cached_property
     def balance(self) -> Balance:

@@ -588,8 +588,8 @@ class ContactScript:
     chosen: list[str]
 
 
-def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None, joints: Sequence[str] = ()) -> ContactScript:
-    """All contacts as Python writes them, equal laws once, and those of joints by their variables."""
+def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None, others: Sequence[str] = ()) -> ContactScript:
+    """All contacts as Python writes them, equal laws once, then ``others`` as they are."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}
     pairs, blocks, lines, chosen = [], [], [], []
@@ -606,7 +606,7 @@ def contacts_script(tables: Sequence[Any], thermal: ThermalTable | None, joints:
             chosen += [variable] if table.chosen_by_motion else []
         else:
             pairs.append(_pair(table, Code(laws[law]), _rubbing_call(table)).written())
-    pairs += [f"*{joint}" for joint in joints]
+    pairs += others
     return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables, chosen=chosen)
 
 

@@ -35,6 +35,7 @@ _SI = {"length": "m", "force": "N", "time": "s"}
 def table_faults(sections: Sections, described: Described, placed: Sequence[CaseContact]) -> Iterator[Fault]:
     """Faults between sections; where one of them is not right, nothing is held against it."""
     from slipstick.balance.checks import Known
+    from slipstick.balance.contacts import cosine_faults
 
     known = Known(
         structure=described.structure,
@@ -42,12 +43,17 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
         orders=sections.top.get("harmonics"),
         period_ratio=sections.period_ratio,
     )
-    yield from _names((*sections.contacts, *sections.joints))
+    yield from _names((*sections.contacts, *sections.joints, *sections.bolts))
     for row in sections.loads:
         yield from (fault.inside(*row.where) for fault in _load(row, known))
     for row in sections.contacts:
         yield from (fault.inside(*row.where) for fault in _contact(row, known))
+    for row in sections.bolts:
+        yield from (f.inside(*row.where, "elongation") for f in cosine_faults(row.get("elongation") or {}, known.dofs))
     disc = described.disc
+    if disc is not None:
+        for row in (*sections.bolts, *sections.steps):
+            yield Fault(row.where, "bolts and load steps are of single bodies, and the structure is a disc")
     yield from _dofs(sections, known if disc is None else replace(known, dofs=(*disc.sector.dofs, *disc.dofs)))
     yield from _sizes(sections, known, placed)
 

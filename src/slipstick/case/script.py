@@ -13,6 +13,7 @@ from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
 from slipstick.case.joint import joint_variable
 from slipstick.case.load import LoadTable
+from slipstick.case.preload import BoltTable, StepTable, bolt_call, preload_script, step_calls
 from slipstick.case.response import OutputTable, ResponseTable, frequencies_script, response_script
 from slipstick.case.script_text import Call, Code, call, listed_text
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
@@ -99,7 +100,8 @@ def _problem(raw: RawTable, folder: Path) -> str:
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
     tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw.get("contact", [])]
     joints = [joint_variable(number) for number, _ in enumerate(raw.get("joint", []))]
-    contacts = contacts_script(tables, thermal, joints)
+    bolts = [BoltTable.model_validate(bolt) for bolt in raw.get("bolt", [])]
+    contacts = contacts_script(tables, thermal, [*(f"*{joint}" for joint in joints), *map(_bolt, bolts)])
     loads = [LoadTable.model_validate(load).call.written() for load in raw.get("load", [])]
     loads += [f"*{name}.loads" for name, one in zip(joints, raw.get("joint", []), strict=True) if "pressure" in one]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
@@ -122,7 +124,13 @@ def _problem(raw: RawTable, folder: Path) -> str:
         made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=chosen)
     if whole_disc:
         made = Call("disc.problem", (Code(made),), outputs).written()
-    return "\n".join([*lines, f"return {made}"])
+    steps = step_calls(bolts, [StepTable.model_validate(step) for step in raw.get("preload", [])])
+    ends = preload_script(made, steps, joints) if steps else [f"return {made}"]
+    return "\n".join([*lines, *ends])
+
+
+def _bolt(table: BoltTable) -> str:
+    return bolt_call(table).written()
 
 
 def _structure(raw: RawTable, folder: Path) -> list[str]:

@@ -22,6 +22,7 @@ from slipstick.case.joint import FIELD, JointTable
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import FREE, MATRICES, MODAL, MODEL
 from slipstick.case.measured import MEASURED
+from slipstick.case.preload import BOLT, PRELOAD, BoltTable, StepTable
 from slipstick.case.requests import (
     IdentifyTable,
     LimitCyclesTable,
@@ -53,7 +54,7 @@ REQUESTS: Mapping[str, type[RequestTable]] = {
 }  # fmt: skip
 """Tables that a verb of its own computes."""
 
-REPEATED_SECTIONS = ("load", "contact", "joint")
+REPEATED_SECTIONS = ("load", "contact", "joint", "bolt", "preload")
 CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *REQUESTS)
 
 MOST_TABLES = 10_000
@@ -113,6 +114,8 @@ class Sections:
     loads: tuple[ReadTable, ...]
     contacts: tuple[ReadTable, ...]
     joints: tuple[ReadTable, ...]
+    bolts: tuple[ReadTable, ...]
+    steps: tuple[ReadTable, ...]
     thermal: ReadTable | None
     response: ReadTable | None
     output: ReadTable | None
@@ -135,6 +138,8 @@ def read_sections(raw: RawTable) -> tuple[Sections, list[Fault]]:
         loads=reader.many("load", lambda _: LoadTable),
         contacts=reader.many("contact", contact_table),
         joints=reader.many("joint", lambda _: JointTable),
+        bolts=reader.many(BOLT, lambda _: BoltTable),
+        steps=reader.many(PRELOAD, lambda _: StepTable),
         thermal=reader.one("thermal", ThermalTable),
         response=reader.one("response", ResponseTable),
         output=reader.one("output", OutputTable),

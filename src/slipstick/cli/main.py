@@ -17,7 +17,7 @@ from slipstick.cli.verbs.requests import OLD_NAMES, REQUESTS
 
 VERBS = {
     "Begin": ("init", "check", "import_"),
-    "Compute a case": ("run", *REQUESTS, "run_up", "resume"),
+    "Compute a case": ("run", *REQUESTS, "run_up", "preload", "resume"),
     "Many cases, and measurements": ("study", "identify"),
     "Rotors and discs without contacts": ("campbell", "interference"),
     "Results": ("report", "table"),

@@ -43,6 +43,10 @@ class FrictionContact(FrictionLaw):
     normal_load
         The static preload, force, >= 0, instead of ``gap``: it becomes ``gap = -normal_load / kn``. One of the two is
         needed. What is kept is the gap: a copy with another ``kn`` has another normal load.
+    rest
+        Tangential motion, length, at which the stuck contact has no friction force, as ``ss.preload`` leaves it. While
+        it sticks all period its mean force is ``kt (x - rest)``, as far as friction admits. None: the middle of what
+        friction admits.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class FrictionContact(FrictionLaw):
     mu: Numbers
     kn: Numbers
     gap: Numbers
+    rest: Numbers | None
     _scaled: ClassVar[bool]
     """Whether kn was not given (set for each object; no parameter)."""
     _loaded: ClassVar[bool] = False
@@ -77,6 +82,7 @@ class FrictionContact(FrictionLaw):
         kn: Reals | None = None,
         gap: Reals | None = None,
         normal_load: Reals | None = None,
+        rest: Reals | None = None,
     ) -> None:
         object.__setattr__(self, "_scaled", kn is None)
         object.__setattr__(self, "_loaded", gap is None)
@@ -84,9 +90,10 @@ class FrictionContact(FrictionLaw):
         if self._stop:
             kt = mu = 0.0
         arguments = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
+        arguments["rest"] = rest
         values, checks = {}, Gathering()
         for name, value in arguments.items():
-            if value is not None or name not in ("gap", "normal_load"):
+            if value is not None or name not in ("gap", "normal_load", "rest"):
                 values[name] = checks.take(_checked, name, value)
         if gap is None and normal_load is None:
             checks.faults.append(
@@ -101,7 +108,7 @@ class FrictionContact(FrictionLaw):
         load = values.pop("normal_load", None)
         if load is not None:
             values["gap"] = _gap(values["kn"], values.get("gap"), load)
-        for name, value in values.items():
+        for name, value in {"rest": None, **values}.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -112,7 +119,19 @@ class FrictionContact(FrictionLaw):
     @default
     def values(self) -> Mapping[str, Numbers]:
         """Every parameter by name."""
-        return {"kt": self.kt, "mu": self.mu, "kn": self.kn, "gap": self.gap}
+        own = {"kt": self.kt, "mu": self.mu, "kn": self.kn, "gap": self.gap}
+        return own if self.rest is None else {**own, "rest": self.rest}
+
+    @default
+    def kind(self) -> str:
+        """Contacts of which the motion without tangential force is known are computed by themselves."""
+        return "friction" if self.rest is None else self.kind_at_rest
+
+    @default
+    def linear_states(self) -> tuple[str, ...]:
+        """After load steps most contacts are closed, whatever their gaps are."""
+        usual = FrictionLaw.linear_states
+        return usual if self.rest is None else ("pressed", *usual)
 
     def __repr__(self) -> str:
         shown: dict[str, Any] = {"kt": self.kt, "mu": self.mu, "kn": self.kn}
@@ -121,6 +140,8 @@ class FrictionContact(FrictionLaw):
         if self._stop:
             del shown["kt"], shown["mu"]
         again = {**shown, "normal_load": self.normal_load}
+        shown |= {} if self.rest is None else {"rest": self.rest}
+        again |= {} if self.rest is None else {"rest": self.rest}
         if self._loaded and self._makes_equal(again):
             shown = again
         else:
@@ -160,7 +181,7 @@ class FrictionContact(FrictionLaw):
 
 def _checked(name: str, value: Any) -> Any:
     value = number_or_numbers(name, value)
-    if name != "gap" and np.any(np.asarray(value) < 0):
+    if name not in ("gap", "rest", "second_rest") and np.any(np.asarray(value) < 0):
         raise InputError(Fault(name, found=f"{shown(value)}, negative", expected="a value >= 0"))
     return value
 
@@ -254,6 +275,9 @@ def contact_forces(
             "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
         )
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
+    if contact.rest is not None:
+        remedy = "ask the law: contact.respond(motion, values), or leave rest out"
+        raise InputError(Fault("contact", "has rest, which the forces of single elements do not know", remedy=remedy))
     rubbing = _AT_REST if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)

@@ -16,7 +16,9 @@ from slipstick.contact.forces import (
     element_states,
     forces_on_ports,
 )
-from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Placed, Response, Variable
+from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Placed, Response, Variable, default
+from slipstick.contact.quasi_static import Increment, incremented
+from slipstick.contact.rest import REST, remember, rest_of
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Numbers
 
@@ -31,16 +33,18 @@ class FrictionLaw(Law):
     """Behaviour of a friction contact; the numbers ``kt, mu, kn, gap`` come with each call."""
 
     ports: tuple[str, ...] = ("tangential", "normal")
-    kind: ClassVar[str] = "friction"
-    tabulated: ClassVar[tuple[str, ...]] = ("kt", "mu", "kn", "gap")
+    kind: str = "friction"
+    kind_at_rest: ClassVar[str] = "friction from rest"
+    """Kind of those of which the motion without tangential force is known."""
     coulomb: ClassVar[bool] = True
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
     dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
     """The normal force is elastic: its work over a period is zero."""
     factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
-    linear_states: ClassVar[tuple[str, ...]] = ("sliding", "stuck", "free")
+    linear_states: tuple[str, ...] = ("sliding", "stuck", "free")
     units: ClassVar[Mapping[str, str]] = {
         "kt": "force/length", "mu": "1", "kn": "force/length", "gap": "length", "normal_load": "force",
+        "rest": "length", "second_rest": "length",
     }  # fmt: skip
     variables: ClassVar[Mapping[str, Variable]] = {
         "friction_coefficient": Variable("mu", (), "1", "friction coefficient"),
@@ -59,14 +63,24 @@ class FrictionLaw(Law):
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements, exact to rounding (THEORY.md sections 3 to 7)."""
+        own, rest = rest_of(values)
         f = element_forces(
             motion.harmonics,
             motion.Q[TANGENTIAL_PORT],
             motion.Q[NORMAL_PORT],
             v=motion.drift[TANGENTIAL_PORT],
-            **values,
+            **own,
         )
-        return _response(f, values)
+        response = _response(f, values)
+        if not rest:
+            return response
+        by_rest = remember(f, motion, own, rest[0])
+        return response._replace(by_parameter=lambda name: {0: by_rest} if name == REST else _by_parameter(f, name))
+
+    @default
+    def tabulated(self) -> tuple[str, ...]:
+        """All parameters; none of contacts that remember where they were at rest, which ``respond`` alone knows."""
+        return () if REST in self.values else ("kt", "mu", "kn", "gap")
 
     def respond_on_ports(
         self, harmonics: Harmonics, placed: Placed, on_ports: Array, values: Mapping[str, Array]
@@ -77,17 +91,23 @@ class FrictionLaw(Law):
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
         """Intervals of stick, slip and separation of n elements, as ``ContactForces.states``."""
         X, Y = motion.Q
-        return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
+        return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **rest_of(values)[0])
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Friction and normal force (n, k) at phases (k,): with their corners (THEORY.md (3.1))."""
         return friction_in_time(motion, values, tau)
 
+    def quasi_static(
+        self, force: Array, before: Array, after: Array, values: Mapping[str, Array], gap_before: Array | None = None
+    ) -> Increment:
+        """Forces after a slow, straight increment of motion, by return mapping."""
+        return incremented(force, before, after, values, gap_before)
+
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
         """Contacts that are stuck all period without sliding: their mean friction force is indeterminate."""
         low, high = response.detail.residual_traction.T
-        return np.asarray(low < high)
+        return np.asarray((low < high) & (REST not in response.values))
 
     @staticmethod
     def kinked(values: Mapping[str, Array]) -> NDArray[np.bool_]:
@@ -141,7 +161,9 @@ class FrictionLaw(Law):
             slope = np.sign(drift[TANGENTIAL_PORT]) * values["mu"] * kn
             return Linear({(0, 1): slope, (1, 1): kn}, {0: -slope * values["gap"], 1: -kn * values["gap"]})
         if state in ("stuck", "pressed"):
-            return Linear({(0, 0): values["kt"] * closed, (1, 1): kn}, {1: -kn * values["gap"]})
+            kt = values["kt"] * closed
+            at_rest = {0: -kt * values[REST]} if REST in values else {}
+            return Linear({(0, 0): kt, (1, 1): kn}, {**at_rest, 1: -kn * values["gap"]})
         return Linear({}, {})
 
     @staticmethod
@@ -171,7 +193,7 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
     from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
     h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
-    values = {name: values[name] for name in ("kt", "mu", "kn", "gap")}
+    values, rest = rest_of(values)
     intervals = element_intervals(h, X, Y, v=v, **values)
     H = h.H_minus(tau)
     normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
@@ -183,12 +205,17 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
             moved = v[e] * since + x - h.H_minus(start) @ X[e]
             force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)
             friction[e] = np.where(since <= end - start + EDGE, force, friction[e])
+    if rest:
+        f = element_forces(h, X, Y, v=v, **values)
+        middle = f.Fx[:, 0].copy()
+        remember(f, motion, values, rest[0])
+        friction += (f.Fx[:, 0] - middle)[:, None]
     return friction, normal
 
 
 def is_friction(law: Law) -> bool:
     """Whether a law is that of the friction element, whatever the names of its ports."""
-    return law.kind == FrictionLaw.kind
+    return law.kind in (FrictionLaw.kind, FrictionLaw.kind_at_rest)
 
 
 def _by_parameter(f: ContactForces, name: str) -> ByPort:

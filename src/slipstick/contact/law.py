@@ -125,6 +125,7 @@ class TimeSlopes(NamedTuple):
 
 
 if TYPE_CHECKING:
+    from slipstick.contact.quasi_static import Increment
     from slipstick.contact.regimes import Regimes
 
     def default(function: Callable[[Any], _T]) -> _T:
@@ -380,6 +381,16 @@ class Law(ABC):
     def slips_at_once(self) -> bool:
         """Whether a contact may begin to slip at all times at once, so that a curve has a corner of a square root."""
         return False
+
+    def quasi_static(
+        self, force: Array, before: Array, after: Array, values: Mapping[str, Array], gap_before: Array | None = None
+    ) -> Increment | None:
+        """Forces after a slow, straight increment of motion from those before it; None: unknown.
+
+        With it the law can be preloaded (``ss.preload``). Arguments as of ``contact.quasi_static.incremented``.
+        """
+        del force, before, after, values, gap_before
+        return None
 
     # properties and first guesses
 

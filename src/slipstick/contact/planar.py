@@ -15,10 +15,11 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import EDGE, FrictionLaw
 from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable, default
 from slipstick.contact.planar_in_time import PlanarInTime
-from slipstick.errors import Fault, InputError, SlipstickError
-from slipstick.faults import number
+from slipstick.contact.rest import REST, SECOND_REST, remember_in_plane, rest_of
+from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError
+from slipstick.faults import number, number_or_numbers, plain, same_length
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Reals
+from slipstick.typing import Array, Numbers, Reals
 
 TOLERANCE = 1e-8
 TINY = float(np.finfo(float).tiny)
@@ -40,6 +41,8 @@ class PlanarFrictionContact(FrictionContact):
     ----------
     kt, mu, kn, gap, normal_load
         As of ``FrictionContact``; kt is the same in both directions.
+    rest, second_rest
+        As of ``FrictionContact``, along both directions; both or none.
     tolerance
         Error of the friction force, relative to its largest value.
 
@@ -59,6 +62,7 @@ class PlanarFrictionContact(FrictionContact):
     PlanarFrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
     """
 
+    second_rest: Numbers | None
     tolerance: float
 
     slips_at_once: ClassVar[bool] = True
@@ -82,16 +86,25 @@ class PlanarFrictionContact(FrictionContact):
         kn: Reals | None = None,
         gap: Reals | None = None,
         normal_load: Reals | None = None,
+        rest: Reals | None = None,
+        second_rest: Reals | None = None,
         tolerance: float = TOLERANCE,
     ) -> None:
-        super().__init__(kt=kt, mu=mu, kn=kn, gap=gap, normal_load=normal_load)
+        super().__init__(kt=kt, mu=mu, kn=kn, gap=gap, normal_load=normal_load, rest=rest)
+        if (rest is None) != (second_rest is None):
+            missing = "rest" if rest is None else "second_rest"
+            raise InputError(Fault(missing, IS_MISSING, remedy="give rest and second_rest, or none of them"))
+        along = None if second_rest is None else number_or_numbers("second_rest", second_rest)
+        object.__setattr__(self, "second_rest", along)
+        same_length("friction contact", self.values)
         tolerance = number("tolerance", tolerance)
         if not 1e-12 <= tolerance <= 1e-3:
             raise InputError(Fault("tolerance", found=str(tolerance), expected="1e-12 to 1e-3"))
         object.__setattr__(self, "tolerance", tolerance)
 
     def __repr__(self) -> str:
-        own = "" if self.tolerance == TOLERANCE else f", tolerance={self.tolerance:g}"
+        own = "" if self.second_rest is None else f", second_rest={plain(self.second_rest)}"
+        own += "" if self.tolerance == TOLERANCE else f", tolerance={self.tolerance:g}"
         return f"{super().__repr__()[:-1]}{own})"
 
     def changed(self, **values: Reals) -> PlanarFrictionContact:
@@ -104,7 +117,14 @@ class PlanarFrictionContact(FrictionContact):
     @default
     def kind(self) -> Hashable:  # type: ignore[override]
         """Planar contacts of one tolerance are computed together."""
-        return "planar friction", self.tolerance
+        return ("planar friction", self.tolerance, *([] if self.rest is None else ["from rest"]))
+
+    @default
+    def values(self) -> Mapping[str, Numbers]:
+        """Every parameter by name."""
+        usual: Any = FrictionContact.values
+        own = usual.__get__(self)
+        return own if self.second_rest is None else {**own, "second_rest": self.second_rest}
 
     @default
     def optional_ports(self) -> tuple[str, ...]:
@@ -133,12 +153,17 @@ class PlanarFrictionContact(FrictionContact):
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Both friction forces and the normal one (n, k) at phases (k,), with their corners."""
         f = _Inputs(motion, values, self.tolerance)
-        return tuple(np.stack(rows) for rows in zip(*(f.in_time(e, tau) for e in range(f.count)), strict=True))
+        both = tuple(np.stack(rows) for rows in zip(*(f.in_time(e, tau) for e in range(f.count)), strict=True))
+        if REST in values:
+            means = [_Forces(motion, own, self.tolerance).forces[:, :2, 0] for own in (values, rest_of(values)[0])]
+            for i in (0, 1):
+                both[i][:] += (means[0] - means[1])[:, i, None]
+        return both
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
         """Contacts that never slip, whose mean force is indeterminate."""
-        return np.asarray(response.detail.stuck_all_period)
+        return np.asarray(response.detail.stuck_all_period & (REST not in response.values))
 
     def springs(self, response: Response) -> dict[int, Array]:
         """Effective contact springs, or the slope of the friction where that is steeper.
@@ -154,12 +179,16 @@ class PlanarFrictionContact(FrictionContact):
 
     @staticmethod
     def linear(state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
-        """The law with contact and friction fixed in one state: "free", "stuck", or "sliding" along the rubbing."""
-        closed = (values["gap"] < 0).astype(float)
+        """The law with contact and friction fixed in one state: "free", "stuck", "pressed", or "sliding" along the rub.
+
+        The states are those of ``FrictionLaw.linear``.
+        """
+        closed = np.logical_or(state == "pressed", values["gap"] < 0).astype(float)
         kn = values["kn"] * closed
-        if state == "stuck":
+        if state in ("stuck", "pressed"):
             kt = values["kt"] * closed
-            return Linear({(0, 0): kt, (1, 1): kt, (2, 2): kn}, {2: -kn * values["gap"]})
+            at_rest = {i: -kt * each for i, each in enumerate(rest_of(values)[1])}
+            return Linear({(0, 0): kt, (1, 1): kt, (2, 2): kn}, {**at_rest, 2: -kn * values["gap"]})
         if state != "sliding":
             return Linear({}, {})
         speed = np.hypot(drift[0], drift[1])
@@ -233,6 +262,13 @@ class _Forces(_Inputs):
         self.derivatives = np.empty((n, 3, L, 3 * L + 6))
         self.scalars = np.empty((n, 4))
         run_in_threads(n, SERIAL // 16, self._run)
+        own, rest = rest_of(values)
+        self.by_rest = np.zeros((n, 2, 2))
+        if rest:
+            every = {name: np.broadcast_to(value, (n,)) for name, value in own.items()}
+            out = self.forces, self.derivatives
+            loose = self.stuck_all_period & ~np.any(motion.drift[:2], axis=0)
+            self.by_rest = remember_in_plane(self.harmonics, self.X, every, rest, loose, out)
         self.forces = self.forces[:, :, : self.kept]
         m = motion.harmonics.m
         work = sum(motion.drift[i] * self.forces[:, i, 0] for i in (0, 1))
@@ -268,6 +304,10 @@ class _Forces(_Inputs):
 
     def by_parameter(self, name: str) -> ByPort:
         """Derivatives of the forces by a parameter."""
+        if name in (REST, SECOND_REST):
+            found = np.zeros((self.count, 2, self.kept))
+            found[:, :, 0] = self.by_rest[:, :, int(name == SECOND_REST)]
+            return {i: found[:, i] for i in range(2)}
         column = 2 + _PARAMETERS.index(name)
         return {i: self.column(i, column) for i in range(3)}
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.contact.law import TimeSlopes
+from slipstick.contact.quasi_static import incremented
 from slipstick.contact.regimes import InTime, Regimes
 from slipstick.typing import Array, IntArray
 
@@ -231,13 +232,7 @@ class PlanarInTime(Regimes):
 
     def next_force(self, force: Array, before: Array, after: Array, values: Mapping[str, Array]) -> Array:
         """Spring force, scaled back to the circle."""
-        v = {name: value[:, 0] for name, value in values.items()}
-        out = np.zeros_like(force)
-        out[2] = v["kn"] * np.maximum(after[2] - v["gap"], 0.0)
-        out[:2] = force[:2] + v["kt"] * (after - before)[:2]
-        size = np.hypot(out[0], out[1])
-        out[:2] *= np.minimum(1.0, v["mu"] * out[2] / np.maximum(size, 1e-300))
-        return out
+        return incremented(force, before, after, {name: value[:, 0] for name, value in values.items()}).force
 
     def unsettled(self, q: Array, forces: Array, values: Mapping[str, Array]) -> NDArray[np.bool_]:
         """Elements that neither slip nor separate: their forces follow the spring all period."""

@@ -64,6 +64,11 @@ def _arguments(problem: Problem) -> dict[str, Any]:
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 
+def _friction(contact: FrictionContact) -> dict[str, Any]:
+    """Likewise with the motion at rest only where it is known."""
+    return {name: value for name, value in _by_fields(contact).items() if value is not None}
+
+
 def _rubbing(motion: RubbingMotion) -> dict[str, Any]:
     """Likewise without what goes along a second direction."""
     return {name: value for name, value in _by_fields(motion).items() if not name.startswith(SECOND) or np.any(value)}
@@ -87,8 +92,8 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "strains": (Strains, lambda strains: strains.arguments),
     "strain places": (StrainPlaces, _by_fields),
     "contact": (ContactPair, _by_fields),
-    "friction": (FrictionContact, _by_fields),
-    "planar friction": (PlanarFrictionContact, _by_fields),
+    "friction": (FrictionContact, _friction),
+    "planar friction": (PlanarFrictionContact, _friction),
     "stator": (StatorContact, _by_fields),
     "Iwan": (IwanContact, lambda law: law.arguments),
     "Dahl": (DahlContact, lambda law: law.arguments),

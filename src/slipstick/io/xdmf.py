@@ -138,6 +138,40 @@ def write_wear(branch: Solutions, path: str | Path) -> Path:
     return target
 
 
+def write_preload(data: xarray.Dataset, path: str | Path) -> Path:
+    """Write the points of joints as XDMF, a frame for each load step: pressure, traction, gap, slip, state.
+
+    ``data`` is that of ``ss.preload``; states are 0 open, 1 stick, 2 slip, 3 closed without friction.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or no contact has a known place.
+    """
+    target = path_of("preload", path, "the path of a file such as preload.xdmf")
+    known = np.isfinite(data["position"].to_numpy()).all(axis=1) if "position" in data else np.zeros(1, dtype=bool)
+    if not known.any():
+        raise InputError("no contact has a known place: give ss.preload the pairs of surfaces")
+    part = data.isel(contact=np.flatnonzero(known))
+    codes = {"open": 0, "stick": 1, "slip": 2, "closed": 3}
+
+    def size(name: str, k: int) -> AnyArray:
+        return np.sqrt(np.nansum(part[name].to_numpy()[k] ** 2, axis=-1))
+
+    frames = (
+        {"pressure": part["pressure"].to_numpy()[k], "traction": size("traction", k), "gap": part["gap"].to_numpy()[k],
+         "slip": size("slip", k), "state": np.array([codes[str(s)] for s in part["state"].to_numpy()[k]], dtype=float),
+         "normal": part["normal"].to_numpy()}
+        for k in range(data.sizes["step"])
+    )  # fmt: skip
+    nodes = part["position"].to_numpy()
+    count = len(nodes)
+    topology = f'<Topology TopologyType="Polyvertex" NumberOfElements="{count}">{_item(np.arange(count))}</Topology>'
+    title = str(data.attrs.get("title", "")) or "preload"
+    _written(target, _lines(title, nodes, topology, np.arange(1.0, data.sizes["step"] + 1.0), frames))
+    return target
+
+
 _TYPES = {"tet4": 6, "pyramid5": 7, "wedge6": 8, "hex8": 9}
 """Numbers of solids in a mixed topology of XDMF."""
 

@@ -11,6 +11,7 @@ _FIGURES = {
     "points": "loop loops orbit states history spectrum",
     "discs": "disc blades",
     "fits": "fit",
+    "preloaded": "preload",
     "tolerances": "tolerance_band tornado",
     "modes": "backbone damping campbell interference",
     "worn": "wear worn_surface",
@@ -51,6 +52,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.plots.points import orbit as orbit
     from slipstick.plots.points import spectrum as spectrum
     from slipstick.plots.points import states as states
+    from slipstick.plots.preloaded import preload as preload
     from slipstick.plots.quantities import abscissa_text as abscissa_text
     from slipstick.plots.stresses import haigh as haigh
     from slipstick.plots.study import amplification_histogram as amplification_histogram

@@ -17,6 +17,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
 from slipstick.contact.law import Interval, Motion
 from slipstick.contact.planar import PlanarFrictionContact
+from slipstick.contact.rest import REST, remember, rest_of
 from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, MOST_ITEMS, shown, suggestion, whole
@@ -111,7 +112,7 @@ def contacts_at(branch: Solutions, point: int) -> list[ContactsAtPoint]:
     problem, numbers, at_point = branch.problem_at(point), np.arange(count), []
     for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         elements = numbers[batch.elements]
-        if is_friction(batch.law):
+        if is_friction(batch.law) and REST not in batch.law.values:
             at_point.append(_friction(branch.harmonics, d, point, elements))
             continue
         relative = tuple(_numbers(d, f"contact_{port}", point, elements) for port in batch.law.ports)
@@ -179,7 +180,11 @@ def forces_at(branch: Solutions, point: int) -> ContactForces:
 
     X, Y = map(among_all, friction.motion.Q)
     parameters = {name: among_all(values) for name, values in friction.values.items()}
-    forces = element_forces(branch.harmonics, X, Y, v=among_all(friction.motion.drift[0]), **parameters)
+    parameters, rest = rest_of(parameters)
+    drift = among_all(friction.motion.drift[0])
+    forces = element_forces(branch.harmonics, X, Y, v=drift, **parameters)
+    if rest:
+        remember(forces, Motion(branch.harmonics, omega, (X, Y), drift[None]), parameters, rest[0])
     forces.omega = omega
     return forces
 

@@ -11,7 +11,7 @@ from slipstick.io.lock import FolderLock
 from slipstick.replacing import remove_leftovers
 
 RESULTS, REPORT = "results.nc", "report.html"
-FITTED, PASSED = "identify.nc", "run_up.nc"
+FITTED, PASSED, LOADED = "identify.nc", "run_up.nc", "preload.nc"
 SUBHARMONICS = "subharmonic_{}.nc"
 FORMATS = ("png", "svg", "pdf")
 FIGURES = (

@@ -74,6 +74,7 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
     _reduction(case, problem)
     _full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text, problem.units)
     _request(case, problem)
+    _load_steps(case)
     _contacts(problem)
     answer["dragged"] = list(dragged(problem, case.omega))
     for sentence in answer["dragged"]:
@@ -93,6 +94,17 @@ def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
     return _in_time(case, answer) if in_time else DONE
+
+
+def _load_steps(case: Case) -> None:
+    """What the load steps leave."""
+    if case.preloaded is None:
+        return
+    say(f"load steps: {some(case.preloaded.dataset['step'].to_numpy())}")
+    for line in case.preloaded.table().splitlines():
+        say(line)
+    for note in case.preloaded.notes:
+        say(note)
 
 
 def _in_time(case: Case, answer: Answer) -> int:

@@ -122,6 +122,9 @@ def computed(run: CaseRun, options: RunOptions) -> int:
 
     case = run.case
     options.tell(f"{case.title}: {run.description}")
+    if case.preloaded is not None:
+        for line in (*case.preloaded.table().splitlines(), *case.preloaded.notes):
+            options.tell(line)
     if case.plan is not None:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in () if run.table else case.further:

@@ -1,0 +1,176 @@
+"""``[[bolt]]`` and ``[[preload]]``: bolts, and the steps in which they are tightened and loads come on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.load import LoadTable
+from slipstick.case.script_text import Call, Code
+from slipstick.case.table import NotNegative, Positive, RawTable, Table, cosines, is_number, unexpected
+from slipstick.case.validation import ReadTable, read_table
+from slipstick.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from slipstick.analysis.preload.preload import Preload
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.problem import Problem
+    from slipstick.models.surface_pair import SurfacePair
+
+BOLT, PRELOAD = "bolt", "preload"
+TIGHTEN = "tighten"
+"""Name of the step that the forces of ``[[bolt]]`` make."""
+
+
+class BoltTable(Table):
+    """``[[bolt]]``."""
+
+    name: str = Field(min_length=1, description='a name for the bolt, such as "bolt 1"')
+    elongation: Annotated[dict[str, float], PlainValidator(cosines)] = Field(
+        description="dofs with their cosines, positive where the bolt gets longer: { head_z = 1.0, nut_z = -1.0 }"
+    )
+    stiffness: Positive = Field(description="a number > 0, force over elongation: E A / L")
+    force: NotNegative | None = Field(default=None, description="a number >= 0, to which it is tightened first")
+    shortening: float | None = Field(default=None, description="a length, by which it is shortened first")
+
+    @classmethod
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
+        """It is tightened in one way."""
+        if "force" in raw and "shortening" in raw:
+            return [Fault("shortening", "is given together with force", remedy="keep one of them")]
+        return []
+
+
+def _loads(value: Any) -> list[Any]:
+    if not isinstance(value, list) or not all(isinstance(one, Mapping) for one in value):
+        raise unexpected('a list of static loads such as [{ dof = "x", cos = 100.0 }]')
+    faults, rows = list[Fault](), []
+    for place, raw in enumerate(value):
+        if raw.get("harmonic", 0) != 0:
+            expected = "a static load: leave harmonic out"
+            faults.append(Fault((place, "harmonic"), found=f"{raw['harmonic']}", expected=expected))
+            continue
+        given = {**raw, "harmonic": 0}
+        row, wrong = read_table(LoadTable, given, (place,))
+        faults += wrong
+        rows.append(row.table)
+    if faults:
+        raise InputError(faults)
+    return rows
+
+
+def _by_bolt(value: Any) -> dict[str, float]:
+    if not isinstance(value, Mapping) or not all(map(is_number, value.values())):
+        raise unexpected('numbers by the names of bolts such as { "bolt 1" = 12e3 }')
+    return {str(name): float(number) for name, number in value.items()}
+
+
+class StepTable(Table):
+    """``[[preload]]``."""
+
+    name: str = Field(default="", description='a name for the step, such as "tighten"')
+    loads: Annotated[list[Any], PlainValidator(_loads)] = Field(
+        default=[], description='a list of static loads such as [{ dof = "x", cos = 100.0 }]'
+    )
+    bolts: Annotated[dict[str, float], PlainValidator(_by_bolt)] = Field(
+        default={}, description='forces by the names of bolts such as { "bolt 1" = 12e3 }'
+    )
+    shortening: Annotated[dict[str, float], PlainValidator(_by_bolt)] = Field(
+        default={}, description='lengths by the names of bolts such as { "bolt 1" = 1e-4 }'
+    )
+    increments: Annotated[int, Field(ge=1)] = Field(default=10, description="a whole number >= 1 of increments")
+
+    @property
+    def call(self) -> Call:
+        """The step."""
+        named = self.given("name", "bolts", "shortening", "increments")
+        loads = [load.call for load in self.loads]
+        return Call("ss.LoadStep", named={**named, **({"loads": loads} if loads else {})})
+
+
+def bolt_call(table: BoltTable) -> Call:
+    """The contact that a bolt is."""
+    return Call("ss.bolt", named=table.given("name", "elongation", "stiffness"))
+
+
+def step_calls(bolts: Sequence[BoltTable], steps: Sequence[StepTable]) -> list[Call]:
+    """All steps: first what the bolts say themselves."""
+    forces = {bolt.name: bolt.force for bolt in bolts if bolt.force is not None}
+    lengths = {bolt.name: bolt.shortening for bolt in bolts if bolt.shortening is not None}
+    named: dict[str, Any] = {"name": TIGHTEN, "bolts": forces, "shortening": lengths}
+    own = [Call("ss.LoadStep", named={key: value for key, value in named.items() if value})] * bool(forces or lengths)
+    return [*own, *(step.call for step in steps)]
+
+
+class LoadSteps:
+    """The load steps of a case, made; ``shift`` of them come before the first ``[[preload]]``."""
+
+    def __init__(self, bolts: Sequence[ReadTable], steps: Sequence[ReadTable]) -> None:
+        self._rows = steps
+        calls = step_calls([row.table for row in bolts], [row.table for row in steps])
+        self.shift, self.steps = len(calls) - len(steps), []
+        faults = []
+        for place, call in enumerate(calls):
+            try:
+                self.steps.append(_made(call))
+            except InputError as error:
+                faults += [fault.inside(*self._where(place)) for fault in error.faults]
+        if faults:
+            raise InputError(faults)
+
+    def _where(self, place: int) -> tuple[str | int, ...]:
+        return self._rows[place - self.shift].where if place >= self.shift else (BOLT,)
+
+    def faults(self, problem: Problem) -> Iterator[Fault]:
+        """What of the problem cannot be loaded so."""
+        from slipstick.analysis.preload.march import unmarched
+        from slipstick.analysis.preload.steps import targets
+
+        if not self.steps:
+            return
+        yield from unmarched(problem)
+        try:
+            targets(problem, self.steps)
+        except InputError as error:
+            for fault in error.faults:
+                steps, place, *rest = fault.where
+                if steps == "steps" and isinstance(place, int):
+                    fault = replace(fault, where=(*self._where(place), *rest))
+                yield fault
+        loads = [load for step in self.steps for load in step.loads]
+        try:
+            replace(problem, loads=loads, told=None)
+        except InputError as error:
+            numbers = [(k, i) for k, step in enumerate(self.steps) for i in range(len(step.loads))]
+            for fault in error.faults:
+                if fault.where[:1] == ("load",) and isinstance(fault.where[1], int):
+                    step, number = numbers[fault.where[1]]
+                    fault = replace(fault, where=(*self._where(step), "loads", number, *fault.where[2:]))
+                yield fault
+
+    def computed(self, problem: Problem, joints: Sequence[SurfacePair]) -> Preload | None:
+        """The steps computed; None where there are none."""
+        from slipstick.analysis.preload.preload import preload
+
+        return preload(problem, self.steps, pairs=joints) if self.steps else None
+
+
+def _made(call: Call) -> Any:
+    """A step with its loads."""
+    named = {key: [load.made() for load in value] if key == "loads" else value for key, value in call.named.items()}
+    return call._replace(named=named).made()
+
+
+def build_bolts(rows: Sequence[ReadTable]) -> list[ContactPair]:
+    """The bolts whose tables are right."""
+    return [bolt_call(row.table).made() for row in rows if row.complete]
+
+
+def preload_script(problem: str, calls: Sequence[Call], joints: Sequence[str]) -> list[str]:
+    """Lines that return the preloaded problem."""
+    pairs = {"pairs": Code(f"[{', '.join(joints)}]")} if joints else {}
+    state = Call("ss.preload", (Code("made"), list(calls)), pairs).written()
+    return [f"made = {problem}", f"return made.preloaded({state})"]
