@@ -182,9 +182,8 @@ def test_brake_squeal(tmp_path):
 
 
 @pytest.mark.verify
-@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_squeal_map():
-    """Steady sliding loses its stability where 0.1 + N mu'(V) = 0; the map is that of the page."""
+    """Steady sliding loses its stability where 0.1 + N mu'(V) = 0; the map is that of the page, without a warning."""
     module = load("falling_friction/squeal_map.py")
     lines = module.compute()
     for load_, line in zip(module.LOADS, lines[1:], strict=True):

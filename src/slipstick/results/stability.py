@@ -112,7 +112,8 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
     """
     stable, apart = np.asarray(values["stable"]), np.asarray(values["hill_pw_difference"], dtype=float)
     known = f" {unit}" if name == "omega" else ""
-    if unknown := np.flatnonzero(stable == UNKNOWN).tolist():
+    changing = np.isin(values.get("kind", ""), (TURNING_POINT, *SPECIAL_KINDS))  # a multiplier is on the circle there
+    if unknown := np.flatnonzero((stable == UNKNOWN) & ~changing).tolist():
         yield (
             f"stability is not known at {len(unknown)} of {stable.size} points, the first at {name} = "
             f"{at[unknown[0]]:.6g}{known}"
