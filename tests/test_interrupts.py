@@ -92,9 +92,7 @@ def test_as_many_points_are_told_as_are_kept_after_two_signals(
 
     owner, name = {"found": (Segment, "add"), "recorded": (Recorder, "values"), "kept": (ResultStore, "append")}[at]
     monkeypatch.setattr(owner, name, hurry(getattr(owner, name)))
-    case = oscillator(
-        head="harmonics = [0, 1, 2, 3]\n", rubbing="velocity = 10.0", response="from = 3.0\nto = 6.0\n"
-    )
+    case = oscillator(head="harmonics = [0, 1, 2, 3]\n", rubbing="velocity = 10.0", response="from = 3.0\nto = 6.0\n")
     (tmp_path / "own.toml").write_text(case, encoding="utf-8")
     done = slipstick("run", tmp_path / "own.toml", "-o", tmp_path / "out", "--no-figures", "--no-report")
     assert done.exit_code == 1

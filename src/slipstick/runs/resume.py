@@ -65,6 +65,12 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     -----
     SlipstickWarning
         What is suspicious in the case or the points, what was lost of them, and what ended the run once more.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> branch = ss.resume("blade-results")  # doctest: +SKIP
+    >>> branch.outcome, len(branch)  # doctest: +SKIP
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
     if path.is_dir() and analysis_in(path) == "study":
