@@ -11,7 +11,7 @@ from slipstick.plots.style import COLOURS, legend, styled
 from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, names_of
 from slipstick.typing import Array, DrawnAxes, IntArray
-from slipstick.units import Units
+from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,9 +83,11 @@ def _levels(fitted: xr.Dataset) -> list[tuple[str, IntArray]]:
     rows, of = np.unique(np.column_stack([fitted[name].to_numpy() for name in known]), axis=0, return_inverse=True)
     if len(rows) in (1, every.size):
         return [("", every)]
+    after = [after_number(str(fitted[name].attrs.get("units", "1"))) for name in known]
     varied = [i for i in range(len(known)) if np.ptp(rows[:, i]) > 0.0]
     return [
-        (", ".join(f"{known[i]} = {row[i]:.4g}" for i in varied), every[of.ravel() == k]) for k, row in enumerate(rows)
+        (", ".join(f"{known[i]} = {row[i]:.4g}{after[i]}" for i in varied), every[of.ravel() == k])
+        for k, row in enumerate(rows)
     ]
 
 

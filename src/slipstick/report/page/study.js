@@ -3,7 +3,7 @@
 const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
 let [WIDE, HIGH] = [560, 380]; // as wide as the card, so that letters keep their size
 const [LEFT, RIGHT, TOP, BOTTOM] = [74, 14, 14, 52];
-const OVER_DECADES = 30;
+const OVER_DECADES = 100; // as in figures
 
 const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 
@@ -20,7 +20,7 @@ const finite = (values) => Array.from(values).filter(Number.isFinite);
 class Scale {
   constructor(values, air = 0, linear = false) {
     const known = finite(values), sizes = known.map(Math.abs).filter((v) => v > 0), least = Math.min(...sizes);
-    this.log = !linear && sizes.length > 1 && Math.max(...sizes) / least > OVER_DECADES;
+    this.log = !linear && sizes.length > 1 && Math.max(...sizes) / least >= OVER_DECADES;
     this.least = known.every((v) => v > 0) ? 0 : least; // below it, a symmetric logarithm is in proportion
     const ends = known.map((v) => this.of(v));
     [this.low, this.high] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, 1];
@@ -215,8 +215,8 @@ class Study {
   map() {
     const { view, dof } = this, host = document.getElementById("map"), over = this.parameter(view.over), by = view.by ? this.parameter(view.by) : null;
     const { cases, fixed } = this.shown(), grid = this.content.grid && by;
-    const x = grid ? new Cells(over.values) : new Scale(over.values, 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
-    const y = !by ? value : grid ? new Cells(by.values) : new Scale(by.values, 0.05);
+    const x = grid ? new Cells(over.values) : this.along(over, 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
+    const y = !by ? value : grid ? new Cells(by.values) : this.along(by, 0.05);
     const cells = grid ? [x, y] : null;
     const peakLabel = withUnits(`peak of ${dof.name}`, dof.units), yLabel = by ? withUnits(by.name, by.units) : peakLabel;
     const svg = frame(x, y, withUnits(over.name, over.units), yLabel, `${peakLabel} over ${view.over}`);
@@ -292,11 +292,14 @@ class Study {
     return svg;
   }
 
+  /** Values of a parameter; samples about 0 in proportion. */
+  along(parameter, air) { return new Scale(parameter.values, air, Boolean(this.content.band) && parameter.values.some((v) => v < 0)); }
+
   drawCurves() {
     const { view, content } = this, host = document.getElementById("curves"), over = this.parameter(view.over), d = this.peaks.indexOf(this.dof);
     const among = new Set(this.shown().cases), drawn = this.curves.filter((own) => among.has(own.case));
     const [factor, unit] = this.over, xs = new Map(drawn.map((own) => [own, factor === 1 ? own.x : own.x.map((v) => v * factor)]));
-    const x = new Scale(drawn.flatMap((own) => finite(xs.get(own)))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = new Scale(over.values);
+    const x = new Scale(drawn.flatMap((own) => finite(xs.get(own)))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = this.along(over, 0);
     const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, this.dof.units), "Curves");
     const order = [...drawn].sort((a, b) => (a.case === view.case) - (b.case === view.case));
     for (const own of order) {
