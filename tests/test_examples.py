@@ -346,7 +346,7 @@ def test_lobed_casing(tmp_path):
     assert (tmp_path / "lobed_casing.png").stat().st_size > 10_000
 
 
-@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # 50 modes; where the tip begins to touch
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # where the tip begins to touch
 def test_rotor_rub_with_two_contacts():
     """A coarse variant of the example: the gap closes, the tip touches, time integration agrees."""
     module = load("rotor_rub/rotor_rub.py")
