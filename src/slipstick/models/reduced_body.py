@@ -293,6 +293,6 @@ def _strains(model: FiniteElementModel, elements: Any, at: str) -> StrainRows:
 def _stress_warnings(model: FiniteElementModel) -> Iterator[str]:
     if model.speed:
         yield (
-            f"{model.source}: the stress is that of vibration, from the mesh at rest; that of rotation, and what it "
-            "changes in the places of the nodes, is not in it: add it to the mean stress"
+            f"{model.source}: the stress is that of vibration, from the mesh at rest: add the stress of rotation to "
+            "the mean stress"
         )

@@ -127,8 +127,9 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
             )
     if np.any(np.asarray(values.get("stability_method", ())) == ORDER_COUNT):
         yield (
-            "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of "
-            "other wave numbers those alone that the harmonics kept can show"
+            "stability: the motion is a travelling wave; disturbances that break its symmetry are judged only as far "
+            "as the "
+            "harmonics kept can show them"
         )
     if "wave_number" in values:
         counts, numbers = np.asarray(values["unstable_multipliers"]), np.asarray(values["wave_number"])

@@ -278,6 +278,6 @@ def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) 
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
     if not same or fingerprint(run.request.problem) != begun_with:
         raise InputError(
-            f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
-            "changed since it began; put it back, or run the case anew into another folder"
+            f"{journal}: a file that the case names, or what it is reduced to, has changed since the run began; put "
+            "it back, or run the case anew into another folder"
         )
