@@ -153,6 +153,8 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, fre
     axes = styled(ax, f"Speed of rotation [{unit}]", f"Damped frequency [{rise}]")
     speed, found, sense = (data[name].to_numpy() for name in ("speed", "frequency", "whirl"))
     across, up = 1.0 / FREQUENCIES[unit], 1.0 / FREQUENCIES[rise]
+    if len(speed) > 1 and speed[0] == 0.0:  # nothing whirls at rest: lines begin there as they go on
+        sense = np.concatenate([np.where(sense[:1] == 0, sense[1:2], sense[:1]), sense[1:]])
     for code, (color, label) in _SENSES.items():
         lines = [np.where(_near(sense[:, k] == code), found[:, k], np.nan) for k in range(found.shape[1])]
         drawn = [line for line in lines if np.any(np.isfinite(line))]
