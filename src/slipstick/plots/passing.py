@@ -138,7 +138,7 @@ def spectrogram(
         image["time"], image["frequency"], np.maximum(level, -80.0), cmap="cividis", shading="nearest"
     )
     figure: Any = ax.get_figure()
-    figure.colorbar(drawn, ax=ax).set_label(f"amplitude of {name} [dB]", parse_math=False)
+    figure.colorbar(drawn, ax=ax).set_label(f"Amplitude of {name} [dB]", parse_math=False)
     return ax
 
 
