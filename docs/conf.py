@@ -92,7 +92,12 @@ def related() -> dict[str, list[str]]:
 
 INHERITED = ("slipstick.Branch",)
 """Classes whose page shows what they inherit."""
-autosummary_context = {"shown": SHOWN, "inherited": INHERITED, "related": related()}
+PICTURED = {
+    f"slipstick.plots.{path.stem}": f"an example of {path.stem}"
+    for path in (ROOT / "docs/figures/gallery").glob("*.png")
+}
+"""Functions whose page shows the figure they draw, with the text in its place."""
+autosummary_context = {"shown": SHOWN, "inherited": INHERITED, "related": related(), "pictured": PICTURED}
 
 CITED = r"THEORY\.md \((\d+\.\d+)\)"
 

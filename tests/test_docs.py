@@ -69,6 +69,7 @@ def given_reports(session: Session) -> None:
 
 GIVEN = {
     "importing.md": given_mesh,
+    "importing-keywords.md": given_mesh,
     "lobed-casing.md": given_mesh,
     "stress-and-rotation.md": given_mesh,
     "results.md": given_results,
@@ -103,6 +104,7 @@ SLOW = {
     "sensitivity.md",
     "studies.md",
     "importing.md",
+    "importing-keywords.md",
     "lobed-casing.md",
     "stress-and-rotation.md",
     "notebook-damper.ipynb",

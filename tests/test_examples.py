@@ -182,9 +182,8 @@ def test_brake_squeal(tmp_path):
 
 
 @pytest.mark.verify
-@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_squeal_map():
-    """Steady sliding loses its stability where 0.1 + N mu'(V) = 0; the map is that of the page."""
+    """Steady sliding loses its stability where 0.1 + N mu'(V) = 0; the map is that of the page, without a warning."""
     module = load("falling_friction/squeal_map.py")
     lines = module.compute()
     for load_, line in zip(module.LOADS, lines[1:], strict=True):
@@ -347,7 +346,7 @@ def test_lobed_casing(tmp_path):
     assert (tmp_path / "lobed_casing.png").stat().st_size > 10_000
 
 
-@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # 50 modes; where the tip begins to touch
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # where the tip begins to touch
 def test_rotor_rub_with_two_contacts():
     """A coarse variant of the example: the gap closes, the tip touches, time integration agrees."""
     module = load("rotor_rub/rotor_rub.py")
@@ -363,24 +362,33 @@ def test_rotor_rub_with_two_contacts():
     assert branch.check_in_time(len(branch) - 1).relative_difference < 2e-3
 
 
+def check_rotor_rub(branch, amplitude, mean):
+    """The motion at the gap wanted; time integration stays at it."""
+    last = branch.dataset.isel(point=-1)
+    assert branch.outcome.ok
+    assert float(last.amplitude[0]) == pytest.approx(amplitude, rel=1e-3)
+    assert float(last["mean"][0]) == pytest.approx(mean, rel=1e-3)
+    check = branch.check_in_time(len(branch) - 1)
+    assert check.converged
+    assert check.relative_difference < 3e-3
+
+
 @pytest.mark.verify
-@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_rotor_rub(tmp_path):
-    """The numbers of the page; at both dampings time integration stays at the motion found."""
+    """The numbers of the page, without a warning."""
     module = load("rotor_rub/rotor_rub.py")
     branches = module.compute()
-    for name, (amplitude, mean) in {"3 %": (3.747e-3, -2.497e-3), "0.5 %": (3.248e-3, -2.611e-3)}.items():
-        branch = branches[name]
-        last = branch.dataset.isel(point=-1)
-        assert branch.outcome.ok
-        assert float(last.parameter) == pytest.approx(module.GAP)
-        assert float(last.amplitude[0]) == pytest.approx(amplitude, rel=2e-3)
-        assert float(last["mean"][0]) == pytest.approx(mean, rel=2e-3)
-        check = branch.check_in_time(len(branch) - 1)
-        assert check.converged
-        assert check.relative_difference < 3e-3
+    check_rotor_rub(branches["3 %"], 3.7404e-3, -2.4973e-3)
+    assert float(branches["3 %"].dataset.parameter[-1]) == pytest.approx(module.GAP)
     module.draw(branches, tmp_path)
     assert (tmp_path / "rotor_rub.png").stat().st_size > 10_000
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # what the page says of it
+def test_rotor_rub_with_little_damping():
+    (branch,) = load("rotor_rub/rotor_rub.py").compute(dampings=(0.005,)).values()
+    check_rotor_rub(branch, 3.249e-3, -2.6109e-3)
 
 
 def test_passing_resonance(tmp_path):

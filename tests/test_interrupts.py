@@ -5,11 +5,19 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
+from helpers.cases import oscillator
+from helpers.command import slipstick
 
-from slipstick.interrupts import held, pass_on
+import slipstick as ss
+from slipstick.analysis.curve.segments import Segment
+from slipstick.interrupts import held, pass_on, unbroken
+from slipstick.io.store import ResultStore
+from slipstick.results.record import Recorder
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
 
@@ -51,6 +59,46 @@ def test_a_second_one_does_not_wait() -> None:
         os.kill(os.getpid(), signal.SIGINT)
         reached.append(2)
     assert reached == [1]
+
+
+def test_short_work_is_finished_even_then() -> None:
+    reached = []
+    with pytest.raises(KeyboardInterrupt), held():  # noqa: PT012
+        with unbroken():
+            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.SIGINT)
+            reached.append(1)
+        reached.append(2)
+    assert reached == [1]
+
+
+@pytest.mark.parametrize("at", ["found", "recorded", "kept"])
+def test_as_many_points_are_told_as_are_kept_after_two_signals(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, at: str
+) -> None:
+    """The second one reaches a point while it is found, recorded or written."""
+    calls = 0
+
+    def hurry(method: Callable[..., Any]) -> Callable[..., Any]:
+        def called(*arguments: Any) -> Any:
+            nonlocal calls
+            calls += 1
+            if calls == 9:
+                os.kill(os.getpid(), signal.SIGINT)
+                os.kill(os.getpid(), signal.SIGINT)
+            return method(*arguments)
+
+        return called
+
+    owner, name = {"found": (Segment, "add"), "recorded": (Recorder, "values"), "kept": (ResultStore, "append")}[at]
+    monkeypatch.setattr(owner, name, hurry(getattr(owner, name)))
+    case = oscillator(head="harmonics = [0, 1, 2, 3]\n", rubbing="velocity = 10.0", response="from = 3.0\nto = 6.0\n")
+    (tmp_path / "own.toml").write_text(case, encoding="utf-8")
+    done = slipstick("run", tmp_path / "own.toml", "-o", tmp_path / "out", "--no-figures", "--no-report")
+    assert done.exit_code == 1
+    found = ss.load(tmp_path / "out" / "results.nc")
+    assert calls > 8
+    assert f"the last of {len(found)} points is at {float(found.dataset.omega[-1]):.6g} rad/s" in done.output
 
 
 def test_handlers_of_ones_own_are_told_later_and_once() -> None:

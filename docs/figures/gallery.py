@@ -13,6 +13,8 @@ import xarray
 from scipy import stats
 
 import slipstick as ss
+from slipstick.fem.box import box
+from slipstick.fem.model import elastic_model
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"
@@ -220,6 +222,33 @@ def of_joints() -> Iterator[Drawing]:
     yield "preload", lambda: ss.plots.preload(state.dataset)
 
 
+def of_stress() -> Iterator[Drawing]:
+    steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    beam = elastic_model(box((0.12, 0.02, 0.005), (12, 2, 1), "hex20"), steel, ["x0"])
+    body = ss.reduced_body(
+        beam, surface="x1", contacts=1, pressure="z0", modes=6, loss_factor=0.005, stress="all", stress_at="nodes"
+    )
+    rub = ss.surface_contacts(
+        body,
+        "tip",
+        contact=ss.FrictionContact(kt=1e4, mu=0.3, normal_load=4.0),
+        direction=(0, 0, 1),
+        rubbing=ss.RubbingMotion(velocity=0.5),
+    )
+    loads = [ss.Load(shape="pressure", cos=500.0), ss.Load(shape="pressure", harmonic=0, cos=2000.0)]
+    problem = ss.Problem(
+        body.structure,
+        contacts=rub,
+        loads=loads,
+        harmonics=range(4),
+        units={"length": "m", "force": "N", "time": "s"},
+        title="A beam whose tip rubs",
+    )
+    at = float(body.structure.natural_frequencies[0])
+    branch = ss.steady_response(problem, omega=at)
+    yield "haigh", lambda: ss.plots.haigh(branch, 0)
+
+
 def main() -> None:
     mpl.use("agg")
     target = HERE / "gallery"
@@ -233,6 +262,7 @@ def main() -> None:
             of_measurements(),
             of_machines(),
             of_joints(),
+            of_stress(),
         ):
             for name, draw in group:
                 figure = draw().figure

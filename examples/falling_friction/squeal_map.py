@@ -16,7 +16,7 @@ def problem(load):
     return ss.Problem(
         ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"]),
         contacts=ss.ContactPair(name="belt", contact=belt, tangential="x", rubbing=rubbing),
-        harmonics=range(8),
+        harmonics=range(22),
         title="Friction that falls with the velocity",
     )
 

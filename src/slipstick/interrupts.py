@@ -1,7 +1,8 @@
 """Ctrl-C and polite kills while something is computed: they wait until nothing is half done.
 
 An exception that a signal handler raises inside compiled code, or inside a library that holds a lock, breaks what it
-meets. Inside ``held`` signals are noted, and raised by ``pass_on``, or at the end. Whoever is in a hurry sends another.
+meets. Inside ``held`` signals are noted, and raised by ``pass_on``, or at the end. Whoever is in a hurry sends another,
+which waits inside ``unbroken`` alone.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from typing import Any
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _waiting: list[Callable[[], Any]] = []
 """What the handlers in force before are to be told."""
+_unbroken = False
+"""Whether what is done now is finished first, however many signals come."""
 
 
 @contextmanager
@@ -31,6 +34,19 @@ def held() -> Iterator[None]:
         for number, handler in before.items():
             signal.signal(number, handler)
     if before:
+        pass_on()
+
+
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Inside ``held``, for short work that must not be half done: further signals wait too, to the end of it."""
+    global _unbroken
+    _unbroken = True
+    try:
+        yield
+    finally:
+        _unbroken = False
+    if len(_waiting) > 1:
         pass_on()
 
 
@@ -62,5 +78,5 @@ class _Noting:
     def __call__(self, number: int, frame: FrameType | None) -> None:
         again = bool(_waiting)
         _waiting.append(lambda: self._handler(number, frame))
-        if again:
+        if again and not _unbroken:
             pass_on()

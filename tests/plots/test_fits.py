@@ -32,7 +32,7 @@ def test_each_level_has_a_curve_in_the_unit_of_the_case(read: bool) -> None:
         here = data["load.x.amplitude"].values == load
         np.testing.assert_allclose(line.get_xdata(), data["omega"].values[here] / (2.0 * np.pi))
         np.testing.assert_array_equal(line.get_ydata(), data["fitted"].values[here, 0])
-    assert ax.get_xlabel() == "frequency [Hz]"
+    assert ax.get_xlabel() == "Frequency [Hz]"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "load.x.amplitude = 1 fitted", "load.x.amplitude = 2 fitted", "load.x.amplitude = 5 fitted", "measured",
     ]  # fmt: skip
@@ -41,5 +41,5 @@ def test_each_level_has_a_curve_in_the_unit_of_the_case(read: bool) -> None:
 def test_one_level_is_named_by_its_dof() -> None:
     one = levels_over_frequency().isel(point=slice(0, 5))
     ax = plots.fit(one, frequency="rad/s")
-    assert ax.get_xlabel() == "frequency [rad/s]"
+    assert ax.get_xlabel() == "Frequency [rad/s]"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["x fitted", "x measured"]

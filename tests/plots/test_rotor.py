@@ -34,8 +34,8 @@ def test_a_campbell_diagram_shows_its_crossings_in_the_unit_asked_for(
     np.testing.assert_allclose(rings.get_xdata(), across * data["crossing_speed"].values)
     np.testing.assert_allclose(rings.get_ydata(), rise * data["crossing_frequency"].values)
     unit = frequency or "rad/s"
-    assert ax.get_xlabel() == f"speed of rotation [{unit}]"
-    assert ax.get_ylabel() == f"damped frequency [{'Hz' if unit == 'rpm' else unit}]"
+    assert ax.get_xlabel() == f"Speed of rotation [{unit}]"
+    assert ax.get_ylabel() == f"Damped frequency [{'Hz' if unit == 'rpm' else unit}]"
     low, high = ax.get_ylim()
     assert low == 0.0
     assert high == pytest.approx(1.05 * 2 * 4.0 * rise)  # as far as order 2 reaches, not up to the third mode
@@ -58,7 +58,7 @@ def test_names_of_crossings_do_not_lie_on_one_another() -> None:
     places = [tuple(np.round(text.xy, 9)) for text in ax.texts]
     assert len(places) == len(set(places))
     assert any(text.get_text() in ("1x, 5x", "5x, 1x") for text in ax.texts)
-    assert ax.get_ylabel() == "undamped frequency [Hz]"
+    assert ax.get_ylabel() == "Undamped frequency [Hz]"
     assert {text.get_text() for text in ax.get_legend().get_texts()} == {"mode 1"}  # the others have no frequency
 
 

@@ -8,6 +8,7 @@ from helpers.blocks import branch, stressed
 from helpers.faults import raises_fault
 
 import slipstick as ss
+from slipstick.plots import stresses
 
 
 def test_places_are_alternating_over_mean() -> None:
@@ -22,6 +23,20 @@ def test_places_are_alternating_over_mean() -> None:
     some = made.plot.haigh(3, [1, 2], ax=ax)
     assert some is ax
     assert stressed(24, at="nodes").plot.haigh(0).texts[0].get_text().startswith("node ")
+
+
+def test_pascals_are_shown_as_megapascals(monkeypatch: pytest.MonkeyPatch) -> None:
+    def in_pascals(*arguments: object) -> object:
+        found = stress_of(*arguments)
+        for name in ("stress_mean", "stress_alternating"):
+            found[name].attrs["units"] = "N/m^2"
+        return found
+
+    stress_of = stresses.stress_of
+    monkeypatch.setattr(stresses, "stress_of", in_pascals)
+    ax = stressed(12).plot.haigh(3)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("Mean stress [MPa]", "Alternating stress [MPa]")
+    assert ax.yaxis.get_major_formatter()(2.5e6) == "2.5"
 
 
 def test_the_reserve_reaches_the_goodman_line() -> None:

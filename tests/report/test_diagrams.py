@@ -47,7 +47,7 @@ def test_a_wave_is_met_at_its_own_nodal_diameter() -> None:
     assert (met["x"], met["y"], met["said"]) == (
         2,
         pytest.approx(np.sqrt(7.0)),
-        "harmonic 1, 2 nodal diameters, family 1",
+        "harmonic 1, 2 nodal diameters, mode 1",
     )
 
 

@@ -157,4 +157,4 @@ def test_the_page_of_discs_shows_their_scatter() -> None:
     assert sum(patch.get_height() for patch in ax.patches) == 9
     assert [patch.get_height() for patch in bars.patches] == scatter["worst"]["deviations"]
     assert all(float(tick).is_integer() for tick in bars.get_xticks())
-    assert bars.get_xlabel() == f"blade (0 to {len(bars.patches) - 1})"
+    assert bars.get_xlabel() == f"Blade (0 to {len(bars.patches) - 1})"

@@ -59,6 +59,15 @@ class ContactPair:
     ------
     InputError
         For values of another kind.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> law = ss.FrictionContact(kt=1e5, mu=0.3, kn=2e5, gap=1e-3)
+    >>> tip = ss.ContactPair(name="tip", contact=law, tangential="tip_x", normal="tip_y")
+    >>> between = ss.ContactPair(name="flange", contact=law, tangential={"a": 1.0, "b": -1.0}, normal={"c": 1.0})
+    >>> tip.with_value("mu", 0.5).contact.mu
+    0.5
     """
 
     name: str

@@ -121,8 +121,8 @@ def _motion_warnings(problem: Problem, still: bool) -> Iterator[str]:
         yield "nothing moves the structure: there is no load and no rubbing motion; give one of them"
     elif still and not excited_orders(problem):
         yield (
-            "nothing varies in time: there is no load of a harmonic above 0 and no periodic rubbing motion, so that "
-            "there is steady sliding, or rest, and no vibration; was a load forgotten?"
+            "nothing varies in time: no load has a harmonic above 0, and no rubbing motion is periodic, so nothing "
+            "vibrates; was a load forgotten?"
         )
 
 

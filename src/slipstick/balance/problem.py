@@ -106,6 +106,16 @@ class Problem:
     InputError
         With one sentence for each fault: what is of another kind, or names what is not there. What can be computed but
         is suspicious is reported by each analysis, before it computes; a problem by itself warns of nothing.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    >>> damper = ss.ContactPair(name="damper", contact=law, tangential="x", rubbing=ss.RubbingMotion(velocity=10.0))
+    >>> problem = ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=10)
+    >>> problem.with_parameter("damper.mu", 0.5).parameter("damper.mu")
+    0.5
     """
 
     structure: Structure

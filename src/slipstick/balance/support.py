@@ -145,8 +145,9 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
         wanted, columns = np.r_[loads, 1.0], np.vstack([columns, np.ones(columns.shape[1])])  # any forces in balance
     if nnls(columns, wanted)[1] > _NNLS_RESIDUAL * np.linalg.norm(wanted):
         yield (
-            "no load of harmonic 0 presses the structure on the contacts, which can only push and alone hold it: it "
-            "leaves them, and no steady motion touches them; give the load that presses it, such as its weight"
+            "only contacts hold the structure, and they can only push: without a static load (harmonic 0) that "
+            "presses it "
+            "on them it leaves; give that load, such as its weight"
         )
 
 

@@ -503,6 +503,12 @@ def load_case(path: str | Path) -> Problem:
     -----
     SlipstickWarning
         What is approximated or is suspicious in the model of the structure.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> problem = ss.load_case("blade.toml")  # doctest: +SKIP
+    >>> branch = ss.forced_response(problem, omega=("200 Hz", "260 Hz"))  # doctest: +SKIP
     """
     case = Case.from_file(path)
     warn(case.noticed)

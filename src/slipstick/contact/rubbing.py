@@ -70,6 +70,13 @@ class RubbingMotion:
     ------
     InputError
         If a value is not a finite number or an order is negative or not whole.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> belt = ss.RubbingMotion(velocity=-2.0)
+    >>> shaken = ss.RubbingMotion(cos={1: 0.5}, sin={3: 0.1})
+    >>> rotor = ss.RubbingMotion(velocity_per_omega=0.3, normal_cos={2: 1e-4})
     """
 
     velocity: Numbers

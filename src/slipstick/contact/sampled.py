@@ -374,8 +374,8 @@ class _Sampled:
 
 
 _TOO_MANY = (
-    "a contact force changes too fast in time for its integration, which is less accurate than it should be; look at "
-    "the parameters of the contacts"
+    "a contact force changes too fast in time to integrate it as accurately as asked; check the parameters of the "
+    "contacts"
 )
 ByPorts = dict[tuple[int, int], Array]
 Slopes = Callable[[list[Array], list[Array], Mapping[str, Array]], tuple[ByPorts, ByPorts]]

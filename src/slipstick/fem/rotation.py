@@ -98,6 +98,17 @@ def at_speed(
     -----
     SlipstickWarning
         A strain that no metal bears; mass that is not in the mesh.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.model import elastic_model
+    >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    >>> beam = elastic_model(box((0.1, 0.02, 0.01), (4, 1, 1), "hex20"), steel, ["x0"])
+    >>> turning = ss.at_speed(beam, 1000.0, axis={"point": (0, 0, 0), "direction": (0, 1, 0)})
+    >>> turning.speed
+    1000.0
     """
     moving = turned_model(model, speed, axis=axis, others=others, coriolis=coriolis)
     warn(moving.warnings[len(model.warnings) :])

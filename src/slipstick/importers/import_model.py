@@ -82,6 +82,13 @@ def import_model(
     -----
     SlipstickWarning
         What is approximated or suspicious, as in the model's ``warnings``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    >>> model = ss.import_model("blade.inp", material=steel, fixed="ROOT", units="N, m, kg, s")  # doctest: +SKIP
+    >>> body = ss.reduced_body(model, surface="TIP", contacts=4, modes=32)  # doctest: +SKIP
     """
     gathering = Gathering()
     wanted: dict[str, Any] = {

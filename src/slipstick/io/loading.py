@@ -210,6 +210,13 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     -----
     SlipstickWarning
         Where the stored problem cannot be read.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> branch = ss.load("results/results.nc")  # doctest: +SKIP
+    >>> branch.peaks("x")  # doctest: +SKIP
+    >>> branch.plot.response("x")  # doctest: +SKIP
     """
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch

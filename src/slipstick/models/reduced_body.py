@@ -166,6 +166,17 @@ def reduced_body(
     -----
     SlipstickWarning
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.model import elastic_model
+    >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    >>> beam = elastic_model(box((0.1, 0.02, 0.01), (4, 1, 1), "hex20"), steel, ["x0"])
+    >>> body = ss.reduced_body(beam, surface="z1", contacts=2, base="z", modes=6, loss_factor=0.002)
+    >>> body.structure.dofs
+    ('c1x', 'c1y', 'c1z', 'c2x', 'c2y', 'c2z')
     """
     gathering = Gathering()
     gathering.take(one, "model", model, FiniteElementModel, "what ss.import_model returns")
@@ -282,6 +293,6 @@ def _strains(model: FiniteElementModel, elements: Any, at: str) -> StrainRows:
 def _stress_warnings(model: FiniteElementModel) -> Iterator[str]:
     if model.speed:
         yield (
-            f"{model.source}: the stress is that of vibration, from the mesh at rest; that of rotation, and what it "
-            "changes in the places of the nodes, is not in it: add it to the mean stress"
+            f"{model.source}: the stress is that of vibration, from the mesh at rest: add the stress of rotation to "
+            "the mean stress"
         )

@@ -75,6 +75,19 @@ def surface_contacts(
         If the body has no contact points, a point is not there or stands twice, the direction is normal to the surface,
         there is not one value for each point, a gap is to be shared, a point lies on the axis, or there is no axis
         where one is needed.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.model import elastic_model
+    >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    >>> beam = elastic_model(box((0.1, 0.02, 0.01), (4, 1, 1), "hex20"), steel, ["x0"])
+    >>> body = ss.reduced_body(beam, surface="z1", contacts=2, modes=6)
+    >>> law = ss.FrictionContact(kt=1e6, mu=0.3, normal_load=50.0)
+    >>> pads = ss.surface_contacts(body, "pad", contact=law, direction=(1, 0, 0))
+    >>> [pair.name for pair in pads]
+    ['pad 1', 'pad 2']
     """
     about = _checked(body, name, contact, normal, shared, rubbing, axis, between)
     side = _side(body, between)

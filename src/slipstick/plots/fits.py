@@ -11,7 +11,7 @@ from slipstick.plots.style import COLOURS, legend, styled
 from slipstick.results.table import is_dataset
 from slipstick.results.view import frequency_unit, names_of
 from slipstick.typing import Array, DrawnAxes, IntArray
-from slipstick.units import Units
+from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,9 +58,9 @@ def fit(fitted: xr.Dataset, *, ax: Axes | None = None, frequency: str | None = N
     omega, units = fitted["omega"].to_numpy(), Units.of_results(fitted.attrs)
     unit = frequency_unit(fitted) if frequency is None else frequency
     omega = omega / units.frequency_factor(unit)
-    over, label = (omega, f"frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "point")
+    over, label = (omega, f"Frequency [{unit}]") if np.ptp(omega) > 0.0 else (np.arange(1, omega.size + 1), "Point")
     what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
-    axes = styled(ax, label, f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
+    axes = styled(ax, label, f"{what[:1].upper()}{what[1:]} [{fitted['measured'].attrs.get('units', '1')}]")
     names = names_of(fitted, "dof") or [""]
     curves = [(k, name, level, points) for k, name in enumerate(names) for level, points in _levels(fitted)]
     for i, (k, name, level, points) in enumerate(curves):
@@ -83,19 +83,21 @@ def _levels(fitted: xr.Dataset) -> list[tuple[str, IntArray]]:
     rows, of = np.unique(np.column_stack([fitted[name].to_numpy() for name in known]), axis=0, return_inverse=True)
     if len(rows) in (1, every.size):
         return [("", every)]
+    after = [after_number(str(fitted[name].attrs.get("units", "1"))) for name in known]
     varied = [i for i in range(len(known)) if np.ptp(rows[:, i]) > 0.0]
     return [
-        (", ".join(f"{known[i]} = {row[i]:.4g}" for i in varied), every[of.ravel() == k]) for k, row in enumerate(rows)
+        (", ".join(f"{known[i]} = {row[i]:.4g}{after[i]}" for i in varied), every[of.ravel() == k])
+        for k, row in enumerate(rows)
     ]
 
 
 def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
     measured, found = (np.asarray(fitted[name].to_numpy(), dtype=float) for name in ("measured", "fitted"))
-    over, label = np.arange(1.0, len(measured) + 1.0), "point"
+    over, label = np.arange(1.0, len(measured) + 1.0), "Point"
     if "modal_amplitude" in fitted.variables:
         over = np.asarray(fitted["modal_amplitude"].to_numpy(), dtype=float)
-        label = f"amplitude of the mode [{fitted['modal_amplitude'].attrs.get('units', '1')}]"
-    axes, order = styled(ax, label, "over the largest measured"), np.argsort(over, kind="stable")
+        label = f"Amplitude of the mode [{fitted['modal_amplitude'].attrs.get('units', '1')}]"
+    axes, order = styled(ax, label, "Over the largest measured"), np.argsort(over, kind="stable")
     for k, name in enumerate(fitted["quantity"].to_numpy()):
         if not np.isfinite(measured[:, k]).any():
             continue
@@ -110,7 +112,7 @@ def _backbone(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
 def _decay(fitted: xr.Dataset, ax: Axes | None) -> DrawnAxes:
     time, unit = fitted["time"].to_numpy(), str(fitted["time"].attrs.get("units", "s"))
     what = str(fitted["measured"].attrs.get("long_name", "measured")).removeprefix("measured ")
-    axes = styled(ax, f"time [{unit}]", f"{what} [{fitted['measured'].attrs.get('units', '1')}]")
+    axes = styled(ax, f"Time [{unit}]", f"{what[:1].upper()}{what[1:]} [{fitted['measured'].attrs.get('units', '1')}]")
     axes.plot(time, fitted["measured"].to_numpy(), ".", color=COLOURS[1], markersize=2, label="measured")
     axes.plot(time, fitted["fitted"].to_numpy(), "-", color=COLOURS[0], linewidth=0.8, label="fitted")
     legend(axes)

@@ -150,9 +150,11 @@ def campbell(data: xr.Dataset, *, ax: Axes | None = None, rpm: bool = False, fre
     unit = "rpm" if truth("rpm", rpm) and frequency is None else _unit(frequency)
     data = _diagram(data, "whirl", "campbell")
     rise = "Hz" if unit == "rpm" else unit
-    axes = styled(ax, f"speed of rotation [{unit}]", f"damped frequency [{rise}]")
+    axes = styled(ax, f"Speed of rotation [{unit}]", f"Damped frequency [{rise}]")
     speed, found, sense = (data[name].to_numpy() for name in ("speed", "frequency", "whirl"))
     across, up = 1.0 / FREQUENCIES[unit], 1.0 / FREQUENCIES[rise]
+    if len(speed) > 1 and speed[0] == 0.0:  # nothing whirls at rest: lines begin there as they go on
+        sense = np.concatenate([np.where(sense[:1] == 0, sense[1:2], sense[:1]), sense[1:]])
     for code, (color, label) in _SENSES.items():
         lines = [np.where(_near(sense[:, k] == code), found[:, k], np.nan) for k in range(found.shape[1])]
         drawn = [line for line in lines if np.any(np.isfinite(line))]
@@ -207,7 +209,7 @@ def interference(data: xr.Dataset, *, ax: Axes | None = None, frequency: str | N
 
     data, unit = _diagram(data, "nodal_diameter", "interference"), _unit(frequency)
     unit = "Hz" if unit == "rpm" else unit
-    axes, up = styled(ax, "nodal diameter", f"undamped frequency [{unit}]"), 1.0 / FREQUENCIES[unit]
+    axes, up = styled(ax, "Nodal diameter", f"Undamped frequency [{unit}]"), 1.0 / FREQUENCIES[unit]
     d, found = data["nodal_diameter"].to_numpy(), data["frequency"].to_numpy()
     for k in np.flatnonzero(np.isfinite(found).any(axis=0)):
         axes.plot(d, up * found[:, k], "o-", markersize=3, linewidth=0.8, label=f"mode {k + 1}")

@@ -46,12 +46,12 @@ def run_up(run: RunUp, dof: str | None = None, *, branch: Solutions | None = Non
     known, name = _known(run, dof)
     unit = unit_of(known.dataset, "amplitude", name)
     time = time_unit(known.dataset)
-    label = with_unit(f"half range of {name}", unit)
+    label = with_unit(f"Half range of {name}", unit)
     if known.dataset.attrs["rate"]:
-        ax = styled(ax, f"speed of the excitation [rad/{time}]", label)
+        ax = styled(ax, f"Speed of the excitation [rad/{time}]", label)
         ax.plot(*known.envelope(name), color=COLOURS[0], linestyle="-", label="passing through")
     else:
-        ax = styled(ax, f"time [{time}]", label)
+        ax = styled(ax, f"Time [{time}]", label)
     show_lengths(ax.yaxis, largest=largest_length(known.dataset, "amplitude"))
     if not known.dataset.attrs["rate"]:
         size = known.dataset["amplitude"].sel(dof=name).to_numpy()
@@ -90,7 +90,7 @@ def section(run: RunUp, dof: str | None = None, *, last: int = 256, ax: Axes | N
     """
     known, name = _known(run, dof)
     length, velocity = (unit_of(known.dataset, f"section_{kind}", name) for kind in ("displacement", "velocity"))
-    ax = styled(ax, with_unit(f"displacement of {name}", length), with_unit(f"velocity of {name}", velocity))
+    ax = styled(ax, with_unit(f"Displacement of {name}", length), with_unit(f"Velocity of {name}", velocity))
     show_lengths(ax.xaxis, largest=largest_length(known.dataset, "section_displacement"))
     ax.plot(*known.section(name, last), linestyle="none", marker=".", markersize=3.0, color=COLOURS[0])
     return ax
@@ -131,14 +131,14 @@ def spectrogram(
     top = usual if highest is None else number("highest", highest, "a number > 0", above=1e-300)
     image = image.isel(frequency=image["frequency"].to_numpy() <= top)
     size = image.to_numpy()
-    ax = styled(ax, f"time [{time_unit(known.dataset)}]", f"frequency [rad/{time_unit(known.dataset)}]")
+    ax = styled(ax, f"Time [{time_unit(known.dataset)}]", f"Frequency [rad/{time_unit(known.dataset)}]")
     ax.grid(False)
     level = 20.0 * np.log10(np.maximum(size, 1e-300) / max(float(size.max(initial=0.0)), 1e-300))
     drawn = ax.pcolormesh(
         image["time"], image["frequency"], np.maximum(level, -80.0), cmap="cividis", shading="nearest"
     )
     figure: Any = ax.get_figure()
-    figure.colorbar(drawn, ax=ax).set_label(f"amplitude of {name} [dB]", parse_math=False)
+    figure.colorbar(drawn, ax=ax).set_label(f"Amplitude of {name} [dB]", parse_math=False)
     return ax
 
 

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+_MEGAPASCALS = {"N/m^2": 1e-6, "N/mm^2": 1.0}
+"""Units of stress that axes show in MPa, and the factor; data stay in their own."""
+
+
 def haigh(
     branch: Solutions,
     point: int,
@@ -71,7 +75,12 @@ def haigh(
     found, new = stress_of(branch, [point], at).isel(point=0), ax is None
     mean, alternating = found["stress_mean"].to_numpy(), found["stress_alternating"].to_numpy()
     unit = str(found["stress_mean"].attrs["units"])
-    ax = styled(ax, with_unit("Mean stress", unit), with_unit("Alternating stress", unit))
+    factor = _MEGAPASCALS.get(unit, 0.0)
+    read = "MPa" if factor else unit
+    ax = styled(ax, with_unit("Mean stress", read), with_unit("Alternating stress", read))
+    if factor and factor != 1.0:
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter(lambda value, _: f"{factor * value:.6g}")
     ax.scatter(mean, alternating, s=14, color=COLOURS[0], linewidths=0)
     used = alternating
     if limit is not None and most is not None:

@@ -21,6 +21,7 @@ from slipstick.results.percentiles import (
     curve_percentiles,
     peak_percentiles,
 )
+from slipstick.results.schema import LARGEST
 from slipstick.results.table import is_dataset
 from slipstick.results.view import followed_of, largest_length
 from slipstick.typing import DrawnAxes, Names
@@ -79,7 +80,7 @@ def study_map(
             fixed = {name: float(lowest[name]) for name in rest}
             peaks, complete = peaks.sel(fixed), complete.sel(fixed)
     name = str(peaks["dof"].item())
-    label = _labelled(data["peak_amplitude"], f"peak amplitude of {name}", name)
+    label = _labelled(data["peak_amplitude"], _amplitude_of(name, "Peak amplitude"), name)
     if len(names) > 1:
         axes = _map(data, names, peaks, complete, label, ax)
     else:
@@ -196,8 +197,8 @@ def study_curves(
     followed = followed_of(curves)
     one = chosen(curves, "dof", dof)[0]
     x_label, y_label = (
-        _labelled(curves[followed], str(curves[followed].long_name)),
-        _labelled(curves["amplitude"], f"amplitude of {one}", one),
+        _labelled(curves[followed], _name_of(curves[followed])),
+        _labelled(curves["amplitude"], _amplitude_of(one), one),
     )
     ax = styled(ax, x_label, y_label)
     show_lengths(ax.yaxis, largest=largest_length(data, "peak_amplitude"))
@@ -268,8 +269,8 @@ def percentile_band(
     one = chosen(found, "dof", dof)[0]
     followed = followed_of(found)
     ax = styled(
-        ax, _labelled(curves[followed], str(curves[followed].long_name)),
-        _labelled(curves["amplitude"], f"amplitude of {one}", one),
+        ax, _labelled(curves[followed], _name_of(curves[followed])),
+        _labelled(curves["amplitude"], _amplitude_of(one), one),
     )  # fmt: skip
     show_lengths(ax.yaxis, largest=largest_length(study, "peak_amplitude"))
     x, sizes = found[followed].to_numpy(), found["amplitude"].sel(dof=one).to_numpy()
@@ -323,7 +324,7 @@ def percentile_convergence(
         If it is no such dataset, all its samples failed, or a percentile is not between 0 and 100.
     """
     values, asked = _amplifications(samples), checked_percentiles(percentiles)
-    ax = styled(ax, "number of samples", "amplification")
+    ax = styled(ax, "Number of samples", "Amplification")
     counts = np.unique(np.geomspace(1, values.size, _COUNTS).astype(int))
     fits = [n for n in counts.tolist() if n >= FEWEST and np.ptp(values[:n]) > 0.0]
     fitted = [WeibullMaxima.fitted(values[:n]) for n in fits]
@@ -360,7 +361,7 @@ def amplification_histogram(samples: xarray.Dataset, *, ax: Axes | None = None) 
     """
     values = _amplifications(samples)
     found = amplification_percentiles(samples)
-    ax = styled(ax, "amplification", "discs")
+    ax = styled(ax, "Amplification", "Discs")
     ax.hist(values, bins=histogram_edges(values).tolist(), color=COLOURS[0], alpha=0.6)
     for percent, value, colour in zip(
         found["percentile"].to_numpy(), found["amplification"].to_numpy(), COLOURS[1:], strict=False
@@ -396,7 +397,7 @@ def worst_disc(study: xarray.Dataset, *, ax: Axes | None = None) -> DrawnAxes:
     _amplifications(data)
     one = worst_of(data)
     deviations, worst = deviations_of(one), str(one["worst"].item())
-    ax = styled(ax, f"blade (0 to {len(deviations) - 1})", "deviation of stiffness")
+    ax = styled(ax, f"Blade (0 to {len(deviations) - 1})", "Deviation of stiffness")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     bars = ax.bar(np.arange(len(deviations)), deviations, color=COLOURS[0], alpha=0.7)
     sector = worst.rpartition("@")[2]
@@ -450,6 +451,17 @@ def _over(data: xarray.Dataset, parameters: Names) -> tuple[str, ...]:
     if not 1 <= len(names) <= 2:
         raise InputError(f"study, over: found {len(names)} parameters; expected one or two of {', '.join(known)}")
     return names
+
+
+def _name_of(followed: xarray.DataArray) -> str:
+    """The followed quantity in a label: a parameter by its name as it is."""
+    name = str(followed.attrs["long_name"])
+    return name.capitalize() if followed.name == "omega" else name
+
+
+def _amplitude_of(dof: str, which: str = "Amplitude") -> str:
+    """The amplitude of a dof in a label."""
+    return "Largest amplitude of all outputs" if dof == LARGEST else f"{which} of {dof}"
 
 
 def _labelled(variable: xarray.DataArray, text: str, dof: str | None = None) -> str:

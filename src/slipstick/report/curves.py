@@ -184,7 +184,7 @@ def _of_disc(wave: TravellingWave, orders: list[int], low: float, high: float) -
     asked = [n * own for n in orders]
     found = interference(wave.sector, (low / own, high / own), engine_orders=asked, modes=_FAMILIES)
     diameter, frequency = (found[name].to_numpy() for name in ("nodal_diameter", "frequency"))
-    lines = [_line(f"family {k + 1}", diameter, frequency[:, k], k) for k in range(frequency.shape[1])]
+    lines = [_line(f"mode {k + 1}", diameter, frequency[:, k], k) for k in range(frequency.shape[1])]
     lines = [line for line in lines if line["x"]]
     for n in orders:
         at = wave.harmonic(n).nodal_diameter
@@ -197,8 +197,8 @@ def _of_disc(wave: TravellingWave, orders: list[int], low: float, high: float) -
         "dashed": f"harmonics {', '.join(map(str, orders))} over the range of frequencies",
         "lines": lines,
         "met": [
-            {"x": d, "y": w, "said": f"harmonic {n // own}, {d} nodal diameters, family {family}"}
-            for d, w, n, family in zip(*met, strict=True)
+            {"x": d, "y": w, "said": f"harmonic {n // own}, {d} nodal diameters, mode {mode}"}
+            for d, w, n, mode in zip(*met, strict=True)
         ],
     }
 

@@ -108,7 +108,9 @@ def _model(problem: Problem, attributes: Mapping[str, Any]) -> Iterator[tuple[st
         yield "motion", "relative to the moving support"
     for state in problem.contact_states:
         yield state.has, some(state.names)
-    named = [units.label(dimension) for dimension in ("length", "force", "time", "temperature")]
+    named = [units.label(base) for base in ("length", "force", "time", "temperature")]
+    if not problem.thermal and named[3] == "temperature":  # nobody asked for one
+        named.pop()
     yield "units", ", ".join(named) if units != Units() else "not named; any that are consistent"
     unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
     yield "harmonics", f"{some(problem.harmonics.orders, 14)}; {unknowns} unknowns"

@@ -10,6 +10,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import shown
 from slipstick.results.percentiles import FEWEST, WeibullMaxima, checked_percentiles
+from slipstick.results.schema import LARGEST
 from slipstick.results.table import is_dataset
 from slipstick.results.view import names_of
 from slipstick.typing import Array
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 TUNED = "tuned_amplitude"
 """Attribute of a mistuning study: the largest amplitude of the tuned disc."""
 PERCENTILES = (50.0, 95.0, 99.0)
-_LARGEST = "largest"
 _BINS = 60
 
 
@@ -134,13 +134,13 @@ def histogram_edges(values: Array) -> Array:
 def largest_alone(study: xarray.Dataset, curves: xarray.Dataset | None) -> tuple[xarray.Dataset, Any]:
     """A mistuning study and its curves with one dof, "largest": the largest amplitude of all outputs."""
     place = "peak_parameter" if "peak_parameter" in study else "peak_omega"
-    at = study[place].max("dof", keep_attrs=True).expand_dims(dof=[_LARGEST], axis=-1)
+    at = study[place].max("dof", keep_attrs=True).expand_dims(dof=[LARGEST], axis=-1)
     of_dofs = [name for name in study.data_vars if "dof" in study[name].dims]
-    peak = study["largest_amplitude"].expand_dims(dof=[_LARGEST], axis=-1)
+    peak = study["largest_amplitude"].expand_dims(dof=[LARGEST], axis=-1)
     one = study.drop_vars([*of_dofs, "dof"]).assign({"peak_amplitude": peak, place: at})
     if not is_dataset(curves, "amplitude") or curves is None:
         return one, curves
     among = compared(names_of(curves, "dof"))
-    top = curves["amplitude"].isel(dof=among).max("dof", keep_attrs=True).expand_dims(dof=[_LARGEST], axis=-1)
+    top = curves["amplitude"].isel(dof=among).max("dof", keep_attrs=True).expand_dims(dof=[LARGEST], axis=-1)
     others = [name for name in curves.data_vars if "dof" in curves[name].dims]
     return one, curves.drop_vars([*others, "dof"]).assign(amplitude=top)

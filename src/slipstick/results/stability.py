@@ -112,7 +112,8 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
     """
     stable, apart = np.asarray(values["stable"]), np.asarray(values["hill_pw_difference"], dtype=float)
     known = f" {unit}" if name == "omega" else ""
-    if unknown := np.flatnonzero(stable == UNKNOWN).tolist():
+    changing = np.isin(values.get("kind", ""), (TURNING_POINT, *SPECIAL_KINDS))  # a multiplier is on the circle there
+    if unknown := np.flatnonzero((stable == UNKNOWN) & ~changing).tolist():
         yield (
             f"stability is not known at {len(unknown)} of {stable.size} points, the first at {name} = "
             f"{at[unknown[0]]:.6g}{known}"
@@ -126,8 +127,9 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
             )
     if np.any(np.asarray(values.get("stability_method", ())) == ORDER_COUNT):
         yield (
-            "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of "
-            "other wave numbers those alone that the harmonics kept can show"
+            "stability: the motion is a travelling wave; disturbances that break its symmetry are judged only as far "
+            "as the "
+            "harmonics kept can show them"
         )
     if "wave_number" in values:
         counts, numbers = np.asarray(values["unstable_multipliers"]), np.asarray(values["wave_number"])

@@ -65,6 +65,12 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     -----
     SlipstickWarning
         What is suspicious in the case or the points, what was lost of them, and what ended the run once more.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> branch = ss.resume("blade-results")  # doctest: +SKIP
+    >>> branch.outcome, len(branch)  # doctest: +SKIP
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
     if path.is_dir() and analysis_in(path) == "study":
@@ -272,6 +278,6 @@ def _same_problem(run: CaseRun, layout: Layout, begun_with: str, journal: Path) 
     same = (present.labels, present.variables) == (layout.labels, layout.variables)
     if not same or fingerprint(run.request.problem) != begun_with:
         raise InputError(
-            f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
-            "changed since it began; put it back, or run the case anew into another folder"
+            f"{journal}: a file that the case names, or what it is reduced to, has changed since the run began; put "
+            "it back, or run the case anew into another folder"
         )

@@ -454,7 +454,7 @@ class MatrixStructure(Structure):
         if not self._classical:
             raise InputError(
                 "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose "
-                "modes are complex: what goes by real modes is not for it"
+                "modes are complex: analyses by real modes do not apply"
             )
         if self._modal_damping is None and not alone:
             raise InputError(

@@ -289,8 +289,8 @@ class TabulatedStructure(Structure):
             )
         if self.beyond == "line":
             yield (
-                f"below {low:.6g} and above {high:.6g} rad/s nothing was measured: lines go on from there, which over "
-                f"the last fifth of the table are off by {100 * self.line_error:.2g} %"
+                f"below {low:.6g} and above {high:.6g} rad/s nothing was measured: the table goes on in straight "
+                f"lines; over its last fifth such lines are off by {100 * self.line_error:.2g} %"
             )
 
     def summary(self) -> str:

@@ -297,8 +297,8 @@ class WorstError:
         known = "" if self.kind == "estimate" else "give second_residual for a closer estimate, or "
         force = "; force = true takes it as it is" if self.refused else ""
         return (
-            f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}: its modes "
-            f"end at {self.last_mode:.5g} {unit}, and what counts should stay below {WARNED_REDUCTION:g}, "
-            f"above {REFUSED:g} it is of no use; {known}keep more modes, {more} {self.needed:.3g} {unit}, "
-            f"or lower the range or the harmonics{force}"
+            f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}, which should stay "
+            f"below {WARNED_REDUCTION:g}; above {REFUSED:g} it is of no use; {known}keep more modes, {more} "
+            f"{self.needed:.3g} {unit} "
+            f"(they end at {self.last_mode:.5g} {unit}), or lower the range or the harmonics{force}"
         )

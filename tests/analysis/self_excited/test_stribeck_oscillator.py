@@ -41,6 +41,18 @@ def test_vibration_begins_where_damping_and_falling_friction_cancel(tmp_path):
     assert ss.load(tmp_path / "belt.nc").problem.contacts[0].contact == branch.problem.contacts[0].contact
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_a_doubling_is_named_though_its_own_stability_is_undecided():
+    branch = ss.limit_cycles(oscillator(9), "belt.velocity", (-1.9, -1.1), options={"max_points": 60})
+    doubled = next(point for point in branch.bifurcations() if point.kind == "period doubling")
+    assert doubled.multiplier == pytest.approx(-1.0, abs=1e-8)
+    assert (doubled.before, doubled.after) == (0, 1)
+    assert int(branch.dataset.stable[doubled.point]) == -1
+    unknown = [text for text in branch.warnings if text.startswith("stability is not known")]
+    others = int((branch.dataset.stable == -1).sum()) - 1
+    assert unknown == [] if others == 0 else f" at {others} of " in unknown[0]
+
+
 def cycle(law, V, damping, harmonics, size):
     """Of the limit cycle near a cosine of some size: frequency, largest x over the mean, first harmonic, stability."""
     start, omega = np.array([float(law.normal_load) * float(law.mu(V)[0]), size]), 1.0

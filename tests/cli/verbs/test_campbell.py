@@ -77,7 +77,7 @@ def test_damped_and_undamped_frequencies_are_told_apart(tmp_path: Path, monkeypa
     damped = CASE.replace("gyroscopic", "damping = [[8.0, 0.0], [0.0, 8.0]]\ngyroscopic")
     Path("disc.toml").write_text(damped.replace("engine_order = 1", "speed = 0.0001"))
     said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9", "-o", "own.svg"])
-    assert "damped frequencies, without contacts (check tells undamped ones)" in said.output
+    assert "damped frequencies, without contacts ('slipstick check' has the undamped ones)" in said.output
     checked = CliRunner().invoke(app, ["check", "disc.toml"])
     assert "undamped natural frequencies without contact" in checked.output
     assert "4.472" in checked.output
@@ -85,7 +85,7 @@ def test_damped_and_undamped_frequencies_are_told_apart(tmp_path: Path, monkeypa
     found = ss.models.campbell(structure, [0.0, 1.0])
     assert found.frequency.values[0] == pytest.approx([4.0, 4.0])
     assert found.frequency.attrs["long_name"].startswith("damped frequency")
-    assert ss.plots.campbell(found).get_ylabel() == "damped frequency [rad/s]"
+    assert ss.plots.campbell(found).get_ylabel() == "Damped frequency [rad/s]"
 
 
 def test_what_does_not_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -291,10 +291,11 @@ class CurveRun(Run[CurveRequest]):
         if not message or self.outcome.ok or len(segments) > 1:
             return message
         unit = f" ({request.parameter})" if request.parameter else f" {request.problem.units.angular}"
-        last = segments[0].last
-        if last is None:
+        known = segments[0].last
+        if not self.count or known is None:
             return f"{message}; no point was found at {request.start:.6g}{unit}"
-        return f"{message}; the last of {segments[0].points} points is at {last[0]:.6g}{unit}"
+        last = known[0] if self.latest is None else self.latest.parameter
+        return f"{message}; the last of {self.count} points is at {last:.6g}{unit}"
 
     def _segment(self, request: CurveRequest) -> Generator[Point, None, None]:
         """Points of one continuation from an end of the range; a second one stops at the end of the first."""

@@ -141,6 +141,17 @@ def parameter_response(
         Fundamental frequency, rad/s.
 
     The other arguments, the result and the errors are those of ``forced_response``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    >>> damper = ss.ContactPair(name="damper", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=10)
+    >>> branch = ss.parameter_response(problem, "damper.mu", (0.0, 0.3), omega=6.3)
+    >>> round(float(branch.dataset.amplitude[0, 0]), 2), round(float(branch.dataset.amplitude[-1, 0]), 2)
+    (39.39, 1.0)
     """
     subharmonics, stability = _follows(follow, stability)
     shared = (at, peaks_of, options, listeners, guess, stability)

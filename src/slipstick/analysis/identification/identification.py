@@ -190,8 +190,8 @@ def result_of(
     deviation, refused = 1.0 if known else spread, ""
     if far:
         deviation, refused = np.nan, (
-            f"there are no standard errors: what is left, {100.0 * end.misfit:.2g} % of what was measured, is not "
-            "taken for noise; if the measurement is that noisy, give noise or relative_noise"
+            f"there are no standard errors: the misfit, {100.0 * end.misfit:.2g} % of what was measured, is too large "
+            "for noise; if the measurement is that noisy, give noise or relative_noise"
         )  # fmt: skip
         told.append(refused)
     elif known and freedom > 0 and too_large(spread**2, freedom):

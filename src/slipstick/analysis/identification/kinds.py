@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.parameters import parameter_units
 from slipstick.balance.problem import Problem
 from slipstick.typing import Array, IntArray
 
@@ -128,8 +129,12 @@ class _AtFrequencies(Measured):
         return replace(self, omega=self.omega * factor, noise=None)
 
     def _points(self, problem: Problem) -> dict[str, Any]:
-        known = {name: ("point", values) for name, values in self.conditions.items()}
-        units = problem.units.label("rad/time")
+        label = problem.units.label
+        known = {
+            name: ("point", values, {"units": label(parameter_units(problem, name))})
+            for name, values in self.conditions.items()
+        }
+        units = label("rad/time")
         return {"omega": ("point", self.omega, {"units": units, "long_name": "frequency"}), **known}
 
 

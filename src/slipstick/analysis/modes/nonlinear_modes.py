@@ -228,14 +228,15 @@ class ModeRequest(Request):
         if np.nanmax(np.abs(damping)) > _LIMIT:
             yield (
                 f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "
-                f"{100 * _LIMIT:g} % forced peaks are right to about a per cent, but free decay is not that of the mode"
+                f"{100 * _LIMIT:g} % it gives forced peaks to about one per cent, but not free decay"
             )
         modal = self.free.modal
         others = np.delete(2.0 * modal.damping_ratio * modal.omega + modal.loss_factor * modal.omega, self.number)
         if others.size and np.nanmax(xi) > others.min():
             yield (
-                "what is taken of the damping exceeds the damping of another mode, which is unstable in this motion: "
-                "check the harmonics near its frequency"
+                "the damping of this mode is taken off the whole structure to find it, and exceeds that of another "
+                "mode: "
+                "check the harmonics near the frequency of that mode"
             )
 
     def _passed_over(self, values: Mapping[str, Any]) -> Iterator[str]:

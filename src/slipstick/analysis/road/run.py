@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import nan
@@ -18,7 +18,7 @@ import numpy as np
 from slipstick.analysis.road.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
-from slipstick.interrupts import held, pass_on
+from slipstick.interrupts import held, pass_on, unbroken
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.results.solutions import Solutions
 from slipstick.solve.continuation.follow import failed
@@ -89,8 +89,8 @@ class Run(ABC, Generic[R]):
         The request, and the recorder that computes the values of its points.
     outcome, message, error
         End of the run, were it to end now; the exception that ended it, if any.
-    count
-        Points so far, with those of the run that this one resumes.
+    count, latest
+        Points so far, with those of the run that this one resumes; the latest one of its own.
     progress, step, checkpoint
         Of the next point, as in ``PointFound``.
     doing
@@ -99,6 +99,7 @@ class Run(ABC, Generic[R]):
 
     def __init__(self, request: R) -> None:
         self.request, self.recorder, self.count = request, request.recorder(), len(request.checkpoints)
+        self.latest: PointFound | None = None
         self.outcome, self.message = Outcome.INTERRUPTED, ""
         self.error: Exception | None = None
         self.progress, self.step = 0.0, nan
@@ -131,10 +132,10 @@ class Run(ABC, Generic[R]):
         """Time taken so far."""
         return time.perf_counter() - self._clock
 
-    def tell(self, event: Event) -> None:
-        """Send an event to all listeners."""
+    def tell(self, event: Event, listeners: Iterable[EventFunction] | None = None) -> None:
+        """Send an event to all listeners, or to some of them."""
         self._last_event = time.perf_counter()
-        for listener in self._listeners:
+        for listener in self._listeners if listeners is None else listeners:
             listener(event)
 
     def count_evaluation(self) -> None:
@@ -187,12 +188,15 @@ class Run(ABC, Generic[R]):
             self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
             with self._counting():
                 for point in self.until_ended(points, guard):
-                    self.count += 1
+                    event = PointFound(
+                        number=self.count + 1, point=point, progress=self.progress, step=self.step,
+                        recorder=self.recorder, checkpoint=self.checkpoint,
+                    )  # fmt: skip
                     with guard():
-                        self.tell(PointFound(
-                            number=self.count, point=point, progress=self.progress, step=self.step,
-                            recorder=self.recorder, checkpoint=self.checkpoint,
-                        ))  # fmt: skip
+                        self.tell(event, request.listeners)
+                        with unbroken():  # counted if and only if it is kept
+                            self.tell(event, sinks)
+                            self.count, self.latest = event.number, event
                     yield point
         except KeyboardInterrupt as stop:
             self._interrupted(stop)

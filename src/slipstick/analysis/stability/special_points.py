@@ -26,6 +26,7 @@ from slipstick.results.stability import (
     SPECIAL_KINDS,
     STATE_CHANGE,
     UNKNOWN,
+    WARNED_DIFFERENCE,
     PointStability,
     Unjudged,
 )
@@ -140,14 +141,18 @@ class SpecialPoints:
         return replace(self.at(second if on_the_circle else first), multipliers=np.zeros(0, dtype=complex))
 
     def confirmed(self, step: Step) -> bool:
-        """Whether a located step is of its kind, and not a jump of multipliers."""
+        """Whether a located step is of its kind, and not a jump of multipliers.
+
+        The multiplier sought lies on the circle there, so how many disturbances grow need not be settled.
+        """
         test = {PERIOD_DOUBLING: distance_from_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: distance_from_one}.get(
             step.kind
         )
         if test is None or self._of_wave:
             return True
         stability = self.at(step)
-        return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _ON_CIRCLE[step.kind]
+        trusted = stability.unstable != UNKNOWN or stability.error < WARNED_DIFFERENCE
+        return trusted and abs(test(stability.multipliers)) < _ON_CIRCLE[step.kind]
 
     def _crossing(self, step: Step) -> float:
         """Changes its sign where a multiplier passes 1 and the branch does not turn.

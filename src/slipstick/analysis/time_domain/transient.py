@@ -220,6 +220,17 @@ def transient(
     -----
     SlipstickWarning
         For what is suspicious in the problem.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    >>> damper = ss.ContactPair(name="damper", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=10)
+    >>> motion = ss.transient(problem, 6.3, method="shooting")
+    >>> motion.converged
+    True
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(

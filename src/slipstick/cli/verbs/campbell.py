@@ -87,7 +87,7 @@ def campbell(
         name: found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")
     }
     answer["crossings"] = [dict(zip(met, row, strict=True)) for row in zip(*met.values(), strict=True)]
-    say("damped frequencies, without contacts (check tells undamped ones):")
+    say("damped frequencies, without contacts ('slipstick check' has the undamped ones):")
     for speed, frequency, order, mode, whirl in zip(*met.values(), strict=True):
         say(
             f"engine order {order} meets mode {mode} ({_SENSE[whirl]}) at {speed:.6g} rad/s "

@@ -205,7 +205,8 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
             }
         data, all_curves = largest_alone(data, all_curves)
     dof = names_of(data, "dof")[ranked(data, "dof", "peak_amplitude")[0]]
-    drawn = {"map": plots.study_map(data, dof), "curves": plots.study_curves(all_curves, data, dof), **scatter}
+    drawn = {} if scatter else {"map": plots.study_map(data, dof)}  # two of many blades say nothing
+    drawn |= {"curves": plots.study_curves(all_curves, data, dof), **scatter}
     if is_sampled(data) and bool((data["outcome"] == "COMPLETED").any()):
         drawn["band"] = plots.percentile_band(all_curves, data, dof)
     for name, ax in drawn.items():

@@ -9,7 +9,7 @@ function inputs(host, results) {
 }
 
 function inputCard({ title, head, rows }) {
-  const cells = (row) => row.map((text, i) => element(i ? "td" : "th", i ? { class: /^-?[\d.]/.test(text) && text.length < 24 ? "number" : null } : { scope: "row" }, text));
+  const cells = (row) => row.map((text, i) => element(i ? "td" : "th", i ? { class: /^-?[\d.]/.test(text) && text.length < (head.length > 5 ? 24 : 16) ? "number" : null } : { scope: "row" }, text));
   return element("div", { class: head.length > 5 ? "card wide" : "card" }, element("h3", {}, title), element("div", { class: "scroll rows", tabindex: 0 }, element("table", {},
     head.length ? element("thead", {}, element("tr", {}, ...head.map((text) => element("th", { scope: "col" }, text)))) : null,
     element("tbody", {}, ...rows.map((row) => element("tr", {}, ...cells(row)))))));

@@ -3,7 +3,7 @@
 const CIVIDIS = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [200, 184, 102], [254, 232, 56]];
 let [WIDE, HIGH] = [560, 380]; // as wide as the card, so that letters keep their size
 const [LEFT, RIGHT, TOP, BOTTOM] = [74, 14, 14, 52];
-const OVER_DECADES = 30;
+const OVER_DECADES = 100; // as in figures
 
 const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 
@@ -14,13 +14,16 @@ function shade(part) {
   return `rgb(${CIVIDIS[i].map((c, k) => Math.round(c + (at - i) * (CIVIDIS[i + 1][k] - c))).join(",")})`;
 }
 
+/** A quantity of a dof in words; "largest" is that of all outputs. */
+const ofDof = (what, name) => (name === "largest" ? `largest ${what.toLowerCase()} of all outputs` : `${what} of ${name}`);
+
 const finite = (values) => Array.from(values).filter(Number.isFinite);
 
 /** Where values lie between 0 and 1: in proportion, or, where they spread over decades and are not `linear` ones such as counts, by their logarithm; with 0 or both signs among them by the symmetric one. */
 class Scale {
   constructor(values, air = 0, linear = false) {
     const known = finite(values), sizes = known.map(Math.abs).filter((v) => v > 0), least = Math.min(...sizes);
-    this.log = !linear && sizes.length > 1 && Math.max(...sizes) / least > OVER_DECADES;
+    this.log = !linear && sizes.length > 1 && Math.max(...sizes) / least >= OVER_DECADES;
     this.least = known.every((v) => v > 0) ? 0 : least; // below it, a symmetric logarithm is in proportion
     const ends = known.map((v) => this.of(v));
     [this.low, this.high] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, 1];
@@ -215,10 +218,10 @@ class Study {
   map() {
     const { view, dof } = this, host = document.getElementById("map"), over = this.parameter(view.over), by = view.by ? this.parameter(view.by) : null;
     const { cases, fixed } = this.shown(), grid = this.content.grid && by;
-    const x = grid ? new Cells(over.values) : new Scale(over.values, 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
-    const y = !by ? value : grid ? new Cells(by.values) : new Scale(by.values, 0.05);
+    const x = grid ? new Cells(over.values) : this.along(over, 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
+    const y = !by ? value : grid ? new Cells(by.values) : this.along(by, 0.05);
     const cells = grid ? [x, y] : null;
-    const peakLabel = withUnits(`peak of ${dof.name}`, dof.units), yLabel = by ? withUnits(by.name, by.units) : peakLabel;
+    const peakLabel = withUnits(ofDof("peak", dof.name), dof.units), yLabel = by ? withUnits(by.name, by.units) : peakLabel;
     const svg = frame(x, y, withUnits(over.name, over.units), yLabel, `${peakLabel} over ${view.over}`);
     const place = (i) => [across(x, over.values[i]), upwards(y, by ? by.values[i] : dof.peak[i])];
     if (!by && this.content.grid) {
@@ -242,7 +245,7 @@ class Study {
 
   peakRows(cases) {
     const [factor, unit] = this.over;
-    return [["case", ...this.parameters.map((p) => withUnits(p.name, p.units)), withUnits(`peak of ${this.dof.name}`, this.dof.units), withUnits(`at ${this.content.followed.label}`, unit), "outcome"],
+    return [["case", ...this.parameters.map((p) => withUnits(p.name, p.units)), withUnits(ofDof("peak", this.dof.name), this.dof.units), withUnits(`at ${this.content.followed.label}`, unit), "outcome"],
       ...cases.map((i) => [i, ...this.parameters.map((p) => p.values[i]), this.dof.peak[i], this.dof.at[i] * factor, this.content.cases[i].outcome])];
   }
 
@@ -292,12 +295,15 @@ class Study {
     return svg;
   }
 
+  /** Values of a parameter; samples about 0 in proportion. */
+  along(parameter, air) { return new Scale(parameter.values, air, Boolean(this.content.band) && parameter.values.some((v) => v < 0)); }
+
   drawCurves() {
     const { view, content } = this, host = document.getElementById("curves"), over = this.parameter(view.over), d = this.peaks.indexOf(this.dof);
     const among = new Set(this.shown().cases), drawn = this.curves.filter((own) => among.has(own.case));
     const [factor, unit] = this.over, xs = new Map(drawn.map((own) => [own, factor === 1 ? own.x : own.x.map((v) => v * factor)]));
-    const x = new Scale(drawn.flatMap((own) => finite(xs.get(own)))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = new Scale(over.values);
-    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, this.dof.units), "Curves");
+    const x = new Scale(drawn.flatMap((own) => finite(xs.get(own)))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = this.along(over, 0);
+    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(ofDof("amplitude", this.dof.name), this.dof.units), "Curves");
     const order = [...drawn].sort((a, b) => (a.case === view.case) - (b.case === view.case));
     for (const own of order) {
       const chosen = own.case === view.case;
@@ -308,7 +314,7 @@ class Study {
     }
     const less = content.left_out ? element("p", { class: "soft" }, content.left_out) : null;
     fill(host, element("h2", { id: "curves-title" }, "Curves"), element("div", { class: "card plot" }, svg, this.bar(by, withUnits(over.name, over.units))), less);
-    this.saved(host, () => `curves of ${this.dof.name}`, () => [["case", withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, this.dof.units)],
+    this.saved(host, () => `curves of ${this.dof.name}`, () => [["case", withUnits(content.followed.label, unit), withUnits(ofDof("amplitude", this.dof.name), this.dof.units)],
       ...drawn.flatMap((own) => Array.from(xs.get(own), (v, k) => [own.case, v, own.y[d][k]]))]);
   }
 
@@ -319,13 +325,13 @@ class Study {
     if (!band) return;
     const own = band.dofs[this.peaks.indexOf(this.dof)], [factor, unit] = this.over, xs = Array.from(band.x, (v) => v * factor), [low, mid, high] = own.y;
     const x = new Scale(xs), y = new Scale(own.y.flatMap((values) => finite(values)), 0.04), known = xs.map((_, k) => k).filter((k) => Number.isFinite(low[k]));
-    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, this.dof.units), "Percentiles");
+    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(ofDof("amplitude", this.dof.name), this.dof.units), "Percentiles");
     const points = (values, order) => order.map((k) => `${across(x, xs[k]).toFixed(1)} ${upwards(y, values[k]).toFixed(1)}`).join("L");
     const [first, middle, last] = band.percentiles;
     svg.append(element("svg:path", { class: "band", fill: colour("curve-0"), d: `M${points(low, known)}L${points(high, [...known].reverse())}Z` }),
       element("svg:path", { class: "line", stroke: colour("curve-0"), d: `M${points(mid, known)}` }));
     const said = (values, by, after) => `${short(values[1] * by)}${after} (${short(values[0] * by)} to ${short(values[2] * by)})`;
-    const text = `Peak of ${this.dof.name}: ${said(own.peak, 1, this.dof.after)} at ${said(own.at, factor, unit ? ` ${unit}` : "")}: ${middle} % of the samples, and from ${first} to ${last} %.`;
+    const text = `${ofDof("Peak", this.dof.name)}: ${said(own.peak, 1, this.dof.after)} at ${said(own.at, factor, unit ? ` ${unit}` : "")}: ${middle} % of the samples, and from ${first} to ${last} %.`;
     fill(host, element("h2", { id: "band-title" }, "Percentiles"), element("div", { class: "card plot" }, svg), element("p", { class: "soft" }, text));
     this.saved(host, () => `percentiles of ${this.dof.name}`, () => [[withUnits(content.followed.label, unit), ...band.percentiles.map((p) => `${p} %`)], ...xs.map((v, k) => [v, low[k], mid[k], high[k]])]);
   }
@@ -381,7 +387,7 @@ class Study {
         ...this.times()];
     }
     const own = this.parameters.map((p) => ({ key: p.name, title: withUnits(p.name, p.units), of: (i) => p.values[i] }));
-    return [{ key: "number", title: "case", of: (i) => i }, ...own, { key: "peak", title: withUnits(`peak of ${this.dof.name}`, this.dof.units), of: (i) => this.dof.peak[i] },
+    return [{ key: "number", title: "case", of: (i) => i }, ...own, { key: "peak", title: withUnits(ofDof("peak", this.dof.name), this.dof.units), of: (i) => this.dof.peak[i] },
       { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, this.over[1]), of: (i) => this.dof.at[i] * this.over[0] },
       ...this.times()];
   }

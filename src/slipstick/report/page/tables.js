@@ -1,6 +1,7 @@
 // Contacts ranked by the power they dissipate at the cursor.
 
 const MOST_ROWS = 12;
+const ROUNDING = 1e-11; // less of all power is none
 
 class Ranking {
   constructor(host, app) {
@@ -40,7 +41,7 @@ class Ranking {
       element("svg:rect", { width: Math.max(0, 90 * Math.min(1, power / total || 0)), height: 8, rx: 2, class: "meter-full" }));
     return element("tr", { class: chosen ? "chosen" : "" }, element("td", {}, i + 1),
       element("td", {}, element("button", { type: "button", class: "plain", "aria-pressed": String(chosen), onclick: () => app.set({ contact: name }) }, name)),
-      element("td", {}, short(power, 4)), element("td", {}, meter, ` ${total ? Math.round((100 * power) / total) : 0} %`),
+      element("td", {}, short(Math.abs(power) < ROUNDING * total ? 0 : power, 4)), element("td", {}, meter, ` ${total ? Math.round((100 * power) / total) : 0} %`),
       ...columns.map((column) => element("td", {}, short(this.at(column.key, name), 4))), element("td", {}, this.shares(name)));
   }
 

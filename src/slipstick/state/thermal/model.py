@@ -336,7 +336,7 @@ class HeatedContacts(ContactState):
         if not self.nominal:
             yield (
                 "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the "
-                "results are those of cold contacts, with their temperatures beside"
+                "results are those of cold contacts, and temperatures are reported alone"
             )
 
     def time_fault(self, held: Container[str]) -> Fault | None:
