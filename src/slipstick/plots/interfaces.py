@@ -92,14 +92,20 @@ def _draw(ax: Axes, joint: Interface, key: str, values: Array, size: Array, data
             here = values == number
             if here.any():
                 ax.scatter(
-                    *joint.flat[:, here], s=size[here], color=colour, edgecolors="0.3", linewidths=0.4, label=word
+                    joint.flat[0, here],
+                    joint.flat[1, here],
+                    s=size[here],
+                    color=colour,
+                    edgecolors="0.3",
+                    linewidths=0.4,
+                    label=word,
                 )
         legend(ax)
         return
     top = float(np.nanmax(values, initial=0.0)) or 1.0
     drawn = ax.scatter(
-        *joint.flat, s=size, c=np.nan_to_num(values), vmin=0.0, vmax=top, cmap="viridis", edgecolors="0.3",
-        linewidths=0.3,
+        joint.flat[0], joint.flat[1], s=size, c=np.nan_to_num(values), vmin=0.0, vmax=top, cmap="viridis",
+        edgecolors="0.3", linewidths=0.3,
     )  # fmt: skip
     label_colour_bar(
         ax.figure.colorbar(drawn, ax=ax, shrink=0.9, aspect=12, fraction=0.08), "" if unit == "1" else unit

@@ -56,10 +56,9 @@ class Interface:
     def values(self, data: ResultTable, quantity: str) -> Array | None:
         """One of ``QUANTITIES`` at every point, (n_points, n); None where the results have none."""
         if quantity == "state":
-            shares = [self._of(data, f"{kind}_fraction") for kind in ("slip", "separation")]
-            if shares[0] is None or shares[1] is None:
+            slips, opens = self._of(data, "slip_fraction"), self._of(data, "separation_fraction")
+            if slips is None or opens is None:
                 return None
-            slips, opens = shares
             known = np.isfinite(slips) & np.isfinite(opens)
             state = np.select([opens >= 1.0 - _PART, opens > _PART, slips > _PART], [4.0, 3.0, 2.0], 1.0)
             return np.where(known, state, 0.0)
@@ -95,8 +94,8 @@ def interfaces_of(branch: Solutions) -> list[Interface]:
             of.setdefault(stem if last.isdigit() else pair.name, []).extend(numbers)
     places = contact_places(problem) if of else np.empty((0, 3))
     found = []
-    for name, numbers in of.items():
-        kept = np.array([k for k in numbers if np.isfinite(places[k]).all()], dtype=int)
+    for name, among in of.items():
+        kept = np.array([k for k in among if np.isfinite(places[k]).all()], dtype=int)
         if kept.size:
             along = _normal(places[kept])
             plane = [axis for axis in range(3) if axis != along]
