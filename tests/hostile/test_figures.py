@@ -149,7 +149,7 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     if name == "haigh":
         good |= {"branch": stressed(12), "endurance": 2.0, "strength": 5.0}
     if name == "interface":
-        good |= {"branch": shaken_joint(), "name": "joint"}
+        good |= {"branch": shaken_joint(), "point": 0, "name": "joint"}
     if name == "wear":
         good |= {"branch": worn(), "dof": "x", "contact": "c0"}
     if name == "worn_surface":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import one, shown
+from slipstick.faults import one, shown, text
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import dataset_of, units_of, with_unit
 from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, new_figure, styled
@@ -69,8 +69,9 @@ def _chosen(found: list[Interface], name: str | None) -> Interface:
         raise InputError(
             "no contact lies between two surfaces: give contacts of ss.surface_pair, on a reduced body with its mesh"
         )
+    wanted = found[0].name if name is None else text("name", name, "the name of a pair of surfaces")
     for joint in found:
-        if name in (None, joint.name):
+        if joint.name == wanted:
             return joint
     names = ", ".join(joint.name for joint in found)
     raise InputError(f"name: found {shown(name)}; expected one of {names}")
