@@ -199,7 +199,8 @@ class Branch(Solutions):
         """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
 
         Nodes round each contact show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact),
-        ``dissipated_power`` and ``worn_depth``.
+        ``dissipated_power`` and ``worn_depth``; of contacts between two surfaces ``pressure`` and
+        ``dissipated_energy`` (a period, per area).
 
         Raises
         ------
@@ -501,6 +502,11 @@ class BranchPlots:
     def haigh(self, point: int, at: int | Sequence[int] | None = None, **options: Any) -> DrawnAxes:
         """Alternating over mean stress of elements at a point; with the Goodman line, ``endurance=``, ``strength=``."""
         return _plots().haigh(self._branch, point, at, **options)
+
+    def interface(self, point: int, name: str | None = None) -> tuple[Axes, ...]:
+        """Pressure, state, slip and dissipated energy of contacts between two surfaces at a point, as flat maps."""
+        drawn: tuple[Axes, ...] = _plots().interface(self._branch, point, name)
+        return drawn
 
     def blades(self, dof: str | None = None, **options: Any) -> DrawnAxes:
         """Amplitudes of a dof of every blade of a disc, and the largest."""

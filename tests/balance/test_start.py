@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.joint import clamped_by_points
 from helpers.oscillator import damper, one_mass
 from helpers.problems import first_point
 
@@ -87,3 +88,25 @@ def test_friction_that_reverses_fast_is_found_from_a_smoother_one(slow: float) -
     assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(x)
     names = [name for name, _ in FirstPoint(Balance(rotor(10.0)), rotor(10.0).inputs, omega).strategies()]
     assert "smoother friction first" not in names
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # half of the surfaces do not meet
+def test_a_clamped_joint_begins_from_its_equilibrium_at_rest() -> None:
+    """Contacts that are open at rest pull in a linear guess that has them closed."""
+    problem = clamped_by_points()
+    balance = Balance(problem)
+    search = FirstPoint(balance, problem.inputs, 1.2e4)
+    x = dict(search.strategies())["at rest first"]()
+    assert x is not None
+    value = FrequencySystem(balance, problem.inputs).evaluate(x, 1.2e4)
+    assert np.linalg.norm(value.residual) < 1e-8 * np.linalg.norm(x)
+    rest = Balance(problem).narrowed(ss.Harmonics([0]))
+    still = FirstPoint(rest, rest.problem.inputs, 1.2e4).find()
+    assert still is not None
+    forces = FrequencySystem(rest, rest.problem.inputs).evaluate(still, 1.2e4).detail.responses[0].detail
+    assert np.any(forces.separation_fraction == 1.0)
+
+
+def test_without_static_loads_nothing_rests() -> None:
+    search = FirstPoint(Balance(one_mass(damper())), one_mass(damper()).inputs, 3.0)
+    assert "at rest first" not in [name for name, _ in search.strategies()]

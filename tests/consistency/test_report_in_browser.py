@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from helpers import blocks
 from helpers.command import slipstick
+from helpers.joint import shaken_joint
 from helpers.oscillator import UNITS, damper, one_mass
 from helpers.reports import branch
 from helpers.rings import disc_and_wave
@@ -27,6 +28,7 @@ import slipstick as ss
 from slipstick.io.loading import load_dataset
 from slipstick.report.content import content_of
 from slipstick.report.writing import page, write_report, write_study_report
+from slipstick.results.interface import STATES, interfaces_of
 
 pytestmark = pytest.mark.verify
 
@@ -96,6 +98,30 @@ class Opened:
     def close(self) -> None:
         assert self.faults == []
         self.context.close()
+
+
+def test_the_map_of_an_interface_follows_the_cursor(browser: Any, tmp_path: Path) -> None:
+    made = shaken_joint()
+    (joint,) = interfaces_of(made)
+    found = Opened(browser, made.report(tmp_path / "joint.html", contacts=12))
+    spots = """spots => spots.map((spot) => [spot.dataset.contact, Number(spot.getAttribute("r")),
+      spot.getAttribute("fill"), spot.textContent])"""
+    drawn = found.page.eval_on_selector_all("#interface circle.spot[data-contact]", spots)
+    assert [name for name, *_ in drawn] == [f"joint {k}" for k in range(1, 13)]
+    sizes = np.array([size for _, size, *_ in drawn]) ** 2
+    assert sizes / sizes.max() == pytest.approx(joint.areas / joint.areas.max(), rel=0.05)
+    assert len({fill for _, _, fill, _ in drawn}) > 3
+    found.page.click("#interface .choice >> text=state over the period")
+    for point in (0, 1):
+        found.page.evaluate("point => window.slipstick.set({ point })", point)
+        said = [text for *_, text in found.page.eval_on_selector_all("#interface circle.spot[data-contact]", spots)]
+        states = joint.values(made.table, "state")
+        assert states is not None
+        for text, state in zip(said, states[point], strict=True):
+            assert f", {STATES[int(state)]}" in text
+    found.page.click("#interface circle[data-contact='joint 5']")
+    assert found.view()["contact"] == "joint 5"
+    found.close()
 
 
 @pytest.fixture

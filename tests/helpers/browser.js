@@ -96,7 +96,7 @@ class uPlot {
   destroy() { this.destroyed = true; }
 }
 
-const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "diagram", "contacts", "inputs", "foot", "content", "numbers", "choices", "map", "curves", "band", "amplification", "worst", "cases"].map((id) => {
+const IDS = Object.fromEntries(["head", "response", "point", "disc", "body", "interface", "diagram", "contacts", "inputs", "foot", "content", "numbers", "choices", "map", "curves", "band", "amplification", "worst", "cases"].map((id) => {
   const node = new Place("section");
   node.attributes.id = id;
   return [id, node];

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from helpers.blocks import stressed
 from helpers.figures import branch, problem
+from helpers.joint import shaken_joint
 from helpers.rings import disc_and_wave
 from helpers.rotors import whirling
 
@@ -147,6 +148,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"branch": disc_and_wave()[0], "dof": "tip"}
     if name == "haigh":
         good |= {"branch": stressed(12), "endurance": 2.0, "strength": 5.0}
+    if name == "interface":
+        good |= {"branch": shaken_joint(), "point": 0, "name": "joint"}
     if name == "wear":
         good |= {"branch": worn(), "dof": "x", "contact": "c0"}
     if name == "worn_surface":

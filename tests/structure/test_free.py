@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.imported import STEEL
+from scipy import sparse
 from scipy.linalg import eigh
 
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.solve.linear.factorisation import Factorisation
 from slipstick.structure.free import FreeStructure, free_structure
 
 N = 40
@@ -108,6 +110,56 @@ def test_a_mesh_that_floats() -> None:
     full = np.linalg.inv(K.toarray() - w * w * M.toarray())[np.ix_(own, own)]
     value = found.project(np.eye(3), np.eye(3)).at([1], w)[0][0].real
     assert np.abs(value - full).max() < 1e-6 * np.abs(full).max()
+
+
+def test_hundreds_of_kept_dofs_take_what_a_body_on_soft_springs_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solutions are counted, and both receptances held against the full model."""
+    model = assemble_mesh(MeshModel(mesh=box((0.3, 0.03, 0.02), (12, 2, 2), "hex20")), source="free", material=STEEL)
+    K, M, n = model.K, model.M, len(model.dofs)
+    own = np.linspace(0, n - 1, 120).astype(int)
+    columns: list[int] = []
+    solve = Factorisation.solve
+
+    def counted(self: Factorisation, B: np.ndarray) -> np.ndarray:
+        if self.solver.__name__ != "_elastic":  # which solves with the factors of a body on supports
+            columns.append(np.atleast_2d(B.T).shape[0])
+        return solve(self, B)
+
+    monkeypatch.setattr(Factorisation, "solve", counted)
+    free = free_structure(K, M, dofs=model.dofs, keep=[model.dofs[i] for i in own], modes=20)
+    taken = sum(columns)
+    columns.clear()
+    springs = np.zeros(n)
+    springs[own] = 1e-9 * K.diagonal().max()
+    soft = sparse.csr_array(K + sparse.diags_array(springs))
+    reduced = ss.reduce(soft, M, keep=[model.dofs[i] for i in own], dofs=model.dofs, modes=26)
+    assert taken < 1.5 * sum(columns)
+    monkeypatch.undo()
+    w = 0.6 * free.natural_frequencies[0]
+    values = [body.project(np.eye(120), np.eye(120)).at([1], w)[0][0].real for body in (free, reduced)]
+    for value, stiffness, error in zip(values, (K, soft), (1e-8, 1e-4), strict=True):  # soft springs lose digits
+        full = np.linalg.inv(stiffness.toarray() - w * w * M.toarray())[np.ix_(own, own)]
+        assert np.abs(value - full).max() < error * np.abs(full).max()
+    assert np.abs(values[0] - values[1]).max() < 1e-3 * np.abs(values[0]).max()
+
+
+def test_directions_are_kept_as_by_reduce() -> None:
+    """A column of a matrix is a direction: here a difference, whose forces are in balance."""
+    K, M = chain()
+    apart = np.zeros((N, 1))
+    apart[0], apart[10] = 1.0, -1.0
+    found = free_structure(K, M, dofs=NAMES, keep=apart, names=["opening"], modes=4)
+    assert found.dofs == ("opening",)
+    assert np.abs(found.rigid_shapes).max() < 1e-12
+    springs = np.sum(1.0 / np.linspace(800.0, 1500.0, N - 1)[:10])
+    assert found.elastic.static_compliance == pytest.approx(springs, rel=1e-10)
+
+
+def test_negative_stiffness_is_told() -> None:
+    K, M = chain()
+    K[:2, :2] -= 5000.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    with pytest.raises(InputError, match="K has negative eigenvalues"):
+        free_structure(K, M, dofs=NAMES, keep=KEPT, modes=3)
 
 
 def floating(load: ss.Load | None = None, **ports: Any) -> ss.Problem:

@@ -15,9 +15,18 @@ import numpy as np
 
 from slipstick.analysis.sensitivity.linearization import Linearization, Move
 from slipstick.balance.evaluation import terms
-from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.linear.block_bordered import BlockBordered
+from slipstick.solve.linear.iterative import IterativeJacobian
+from slipstick.solve.linear.jacobian import Eliminated, Jacobian, Scaled
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
+
+
+def extended(jacobian: Jacobian, sizes: Array, columns: Array, rows: Array) -> Jacobian:
+    """``S^-1 J S`` with further ``columns`` (N, k) and then further ``rows`` (k, N + k), ``S`` being ``sizes`` (N,)."""
+    if isinstance(jacobian, IterativeJacobian):
+        return BlockBordered(jacobian, sizes, columns, rows)
+    return Eliminated(Scaled(jacobian, sizes), columns, rows)
 
 
 class Bordered(NamedTuple):

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import SECOND, VELOCITIES, RubbingMotion
 from slipstick.errors import Fault, InputError, Where
-from slipstick.faults import Gathering, listed, number, one, shown, suggestion, table, text, wrong
+from slipstick.faults import Gathering, listed, number, number_or_numbers, one, shown, suggestion, table, text, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Real
+from slipstick.typing import Array, Real, Reals
 
 Direction = Mapping[str, float]
 Directions = Direction | tuple[Direction | None, ...] | None
@@ -54,6 +54,9 @@ class ContactPair:
         How side 1 slides over the opposing surface beside its vibration, along ``tangential``, and how that surface
         comes nearer (``RubbingMotion``, with the sign); none by default. Of one contact that slides in two directions,
         values of two numbers are vectors.
+    area
+        Area that the contact stands for (length^2), or one for each of many: of contacts between surfaces. Forces over
+        it are shown as pressures; it changes nothing else.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class ContactPair:
     normal: Directions
     ports: Mapping[str, Directions] | None
     rubbing: RubbingMotion
+    area: float | Array | None
 
     def __init__(
         self,
@@ -86,6 +90,7 @@ class ContactPair:
         normal: DirectionLike = None,
         ports: Mapping[str, DirectionLike] | None = None,
         rubbing: RubbingMotion | None = None,
+        area: Real | Reals | None = None,
     ) -> None:
         checks = Gathering()
         values: dict[str, Any] = {
@@ -109,6 +114,7 @@ class ContactPair:
             }
         moved = RubbingMotion() if rubbing is None else rubbing
         values["rubbing"] = checks.take(one, "rubbing", moved, RubbingMotion, "ss.RubbingMotion(...)")
+        values["area"] = checks.optional(_areas, "area", area)
         checks.end(*(("contact", name) if isinstance(name, str) else ()))
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -124,6 +130,7 @@ class ContactPair:
             "normal": _said(self.normal), "ports": ports or None,
         }  # fmt: skip
         said = [f"{name}={value!r}" for name, value in shown.items() if value is not None]
+        said += [f"area={self.area!r}"] if self.area is not None else []
         said += [f"rubbing={self.rubbing!r}"] if self.rubbing.names != ("velocity",) or self.rubbing.moves else []
         return f"ContactPair({', '.join(said)})"
 
@@ -152,7 +159,7 @@ class ContactPair:
     def _array_sizes(self, rubbing: bool = True) -> list[int]:
         moved = self.rubbing.components() if rubbing else ()
         arrays = [*self.contact.values.values(), *(v for _, v in moved)]
-        return [int(np.size(v)) for v in arrays if np.ndim(v)]
+        return [int(np.size(v)) for v in (*arrays, self.area) if np.ndim(v)]  # type: ignore[arg-type]
 
     @property
     def _vectors(self) -> bool:
@@ -222,6 +229,15 @@ class ContactPair:
         if name in self.rubbing.names or self.rubbing.is_component(name):
             return replace(self, rubbing=self.rubbing.with_component(name, new))
         return replace(self, contact=self.contact.changed(**{name: new}))
+
+
+def _areas(name: str, value: Any) -> float | Array:
+    """One area > 0, or one for each contact."""
+    expected = "an area > 0, or one for each contact"
+    areas: float | Array = number_or_numbers(name, value, expected)
+    if not np.all(np.asarray(areas) > 0.0):
+        raise wrong(name, value, expected)
+    return areas
 
 
 def _two_directions(name: Where, given: Any) -> tuple[Any, Any]:

@@ -28,6 +28,8 @@ Strategy = tuple[str, Callable[[], "Array | None"]]
 # Newton's method: cheap attempts first; only when all have failed, the same starts with more iterations.
 _NEWTON = NewtonOptions(max_iterations=40)
 _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
+_GROWTH, _SLOWEST_GROWTH, _LEAST_SHARE = 8.0, 1.05, 1e-5
+"""Of a share of the excitation that grows from rest: largest and least factor, and the least share to begin with."""
 _FROM_NEAR = replace(_QUICK, max_iterations=20, patience=5)
 """From the solution of a similar problem, where a few more iterations are worth while."""
 
@@ -101,6 +103,8 @@ class NoStart(Reason):
     """Why a strategy could not begin."""
 
     RAMP = "no solution where the ramp begins"
+    AT_REST = "no equilibrium at rest"
+    FROM_REST = "the motion was lost while the excitation grew from nothing"
     FEWER_HARMONICS = "no solution with fewer harmonics"
     SMOOTHER = "no solution with smoother friction"
     LESS_SMOOTH = "the motion with smoother friction was lost on the way to this one"
@@ -207,10 +211,13 @@ class FirstPoint:
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
+        if self.balance.harmonics.size > 1 and np.any(self.inputs.P[:, 0]):
+            yield "at rest first", self._from_rest
         for parameter, factor in self._smoother_ones():
             yield "smoother friction first", partial(self._smoother_first, parameter, factor)
-        if self._essential() != self.balance.harmonics:
-            yield "fewer harmonics first", self._fewer_harmonics
+        essential = self._essential()
+        if essential != self.balance.harmonics:
+            yield "fewer harmonics first", lambda: self._fewer_harmonics(essential)
         for name, x in linear[1:]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
         yield from self._ramps()
@@ -307,19 +314,53 @@ class FirstPoint:
         )
         return speeds[speeds > 0]
 
-    def _fewer_harmonics(self) -> Array | None:
+    def _fewer_harmonics(self, kept: Harmonics) -> Array | None:
         """Solve with the driven harmonics and the lower half, by the same strategies, then with all."""
-        kept = self._essential()
+        x = self._with(kept)
+        if x is None:
+            self._reason = NoStart.FEWER_HARMONICS
+            return None
+        return self._solve(x, _FROM_NEAR)
+
+    def _with(self, kept: Harmonics) -> Array | None:
+        """Unknowns (N,) of the solution with some harmonics, by the same strategies; zero in the others."""
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = self.balance.narrowed(kept)
         inputs = self.inputs.map(lambda name, array: array[..., places] if name in ("load", "motion") else array)
         x = self._part(balance, inputs).find()
         if x is None:
-            self._reason = NoStart.FEWER_HARMONICS
             return None
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
-        return self._solve(full.reshape(-1), _FROM_NEAR)
+        return full.reshape(-1)
+
+    def _from_rest(self) -> Array | None:
+        """The equilibrium at rest, then a small share of what vibrates, which grows as long as the motion follows."""
+        rest = self._with(Harmonics([0]))
+        if rest is None:
+            self._reason = NoStart.AT_REST
+            return None
+        vibrating = self.inputs.only("load", "motion").map(
+            lambda name, array: array * (np.arange(array.shape[-1]) > 0) if name in ("load", "motion") else array
+        )
+        stuck = next(iter(motions_at(self.balance, self.inputs, self.omega).values()), rest)
+        moving = np.tile(np.arange(self.balance.L) > 0, self.balance.n_ports)
+        x, reached, share, ratio = rest + np.where(moving, stuck, 0.0), 0.0, 1.0, _GROWTH
+        while reached < 1.0:
+            guess = rest + share / (reached or 1.0) * (x - rest)
+            found = self._part(self.balance, self.inputs.moved(vibrating, share - 1.0))._solve(guess, _FROM_NEAR)
+            if found is not None:
+                x, reached, ratio = found, share, min(ratio * ratio, _GROWTH)
+            elif reached:
+                ratio = np.sqrt(ratio)
+            else:
+                share /= _GROWTH
+            if reached:
+                share = min(ratio * reached, 1.0)
+            if ratio < _SLOWEST_GROWTH or share < _LEAST_SHARE:
+                self._reason = NoStart.FROM_REST
+                return None
+        return x
 
     def _smoother_ones(self) -> Iterator[tuple[str, float]]:
         """Parameters of the velocity over which friction reverses, with the factor to the first, large velocity."""
@@ -356,6 +397,7 @@ class FirstPoint:
         return self._solve(x, _FROM_NEAR)
 
     def _essential(self) -> Harmonics:
+        """The driven harmonics and the lower half."""
         harmonics = self.balance.harmonics
         driven = np.any(self.inputs.P != 0, axis=0)
         for contact_inputs in self.inputs.batches:

@@ -74,6 +74,11 @@ def _rubbing(motion: RubbingMotion) -> dict[str, Any]:
     return {name: value for name, value in _by_fields(motion).items() if not name.startswith(SECOND) or np.any(value)}
 
 
+def _pair(pair: ContactPair) -> dict[str, Any]:
+    """Likewise without an area where there is none."""
+    return {name: value for name, value in _by_fields(pair).items() if name != "area" or value is not None}
+
+
 STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
@@ -91,7 +96,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "skin": (Skin, lambda skin: skin.arguments),
     "strains": (Strains, lambda strains: strains.arguments),
     "strain places": (StrainPlaces, _by_fields),
-    "contact": (ContactPair, _by_fields),
+    "contact": (ContactPair, _pair),
     "friction": (FrictionContact, _friction),
     "planar friction": (PlanarFrictionContact, _friction),
     "stator": (StatorContact, _by_fields),

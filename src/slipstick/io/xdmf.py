@@ -14,6 +14,7 @@ from slipstick.faults import path as path_of
 from slipstick.faults import whole, wrong
 from slipstick.replacing import replacing
 from slipstick.results.contacts import states_at
+from slipstick.results.interface import interfaces_of
 from slipstick.results.saved_table import write_table
 from slipstick.results.stress import PLACE, chosen_places, strains_of, stress_of
 from slipstick.typing import AnyArray, Points
@@ -36,7 +37,8 @@ def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int 
     In ParaView: open it, add the filter "Warp By Vector", play. Nodes round each contact, where it lies on the surface,
     show its ``contact_state`` (1 stick, 2 slip, 3 separation, 4 unknown, 0 no contact) and its forces, such as
     ``normal_force`` and ``friction_force``, at each time, ``slip_fraction`` and ``separation_fraction`` of the period,
-    ``dissipated_power``, and ``worn_depth`` where there is one.
+    ``dissipated_power``, and ``worn_depth`` where there is one. Contacts between two surfaces show ``pressure`` at
+    each time and the ``dissipated_energy`` of a period, per area.
 
     Raises
     ------
@@ -61,6 +63,11 @@ def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int 
     if (shown >= 0).any():
         still = {name: _at_nodes(d[name].values, shown) for name in (POWER, *SHARES, WORN) if name in d}
         moving = {STATE: _states(branch, at, tau), **{name: H @ d[name].values.T for name in _forces(branch)}}
+        areas = _areas(branch)
+        if np.isfinite(areas).any():
+            still["dissipated_energy"] = _at_nodes(d[POWER].values * (2.0 * np.pi / omega) / areas, shown)
+            if NORMAL in moving:
+                moving["pressure"] = moving[NORMAL] / areas
     frames_of = (
         {"displacement": displacement @ h, **{name: _at_nodes(of[k], shown) for name, of in moving.items()}, **still}
         for k, h in enumerate(H)
@@ -71,10 +78,18 @@ def write_shape(branch: Solutions, path: str | Path, point: int, *, frames: int 
     return target
 
 
-STATE, POWER, WORN = "contact_state", "dissipated_power", "worn_depth"
+STATE, POWER, WORN, NORMAL = "contact_state", "dissipated_power", "worn_depth", "normal_force"
 SHARES = ("slip_fraction", "separation_fraction")
 _NUMBERS = {"stick": 1, "slip": 2, "separation": 3}
 _UNKNOWN = 4
+
+
+def _areas(branch: Solutions) -> AnyArray:
+    """Areas of contacts between surfaces (n_contacts,), nan of others."""
+    areas = np.full(branch.dataset.sizes["contact"], np.nan)
+    for joint in interfaces_of(branch):
+        areas[joint.contacts] = joint.areas
+    return areas
 
 
 def _forces(branch: Solutions) -> list[str]:

@@ -477,7 +477,10 @@ def _contacts(
         own = {"kn": values["kn"] * area_here, "gap": values["gap"] + float(gaps[k])}
         if not _frictionless(contact):
             own["kt"] = values["kt"] * area_here
-        yield ContactPair(name=f"{name} {k + 1}", contact=contact.changed(**own), tangential=along[k], normal=normal[k])
+        yield ContactPair(
+            name=f"{name} {k + 1}", contact=contact.changed(**own), tangential=along[k], normal=normal[k],
+            area=area_here,
+        )  # fmt: skip
 
 
 def _across(normals: Array) -> Array:

@@ -16,6 +16,7 @@ _FIGURES = {
     "modes": "backbone damping campbell interference",
     "worn": "wear worn_surface",
     "stresses": "haigh",
+    "interfaces": "interface",
     "passing": "run_up section spectrogram",
     "study": "study_map study_curves percentile_band percentile_convergence amplification_histogram worst_disc",
     "quantities": "abscissa_text",
@@ -39,6 +40,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.plots.discs import blades as blades
     from slipstick.plots.discs import disc as disc
     from slipstick.plots.fits import fit as fit
+    from slipstick.plots.interfaces import interface as interface
     from slipstick.plots.modes import backbone as backbone
     from slipstick.plots.modes import campbell as campbell
     from slipstick.plots.modes import damping as damping

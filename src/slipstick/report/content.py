@@ -15,6 +15,7 @@ from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.inputs import inputs_of
 from slipstick.results.deflection import contact_nodes, contact_places, deflection_of, nearest_contacts, outward
 from slipstick.results.disc import disc_of
+from slipstick.results.interface import QUANTITIES, interfaces_of
 from slipstick.results.peaks import peak_points
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import UNKNOWN
@@ -95,6 +96,7 @@ def content_of(
         "references": references_of(branch, kept["dof"], factors) if view.name == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch, beside),
+        "interfaces": interfaces_content(branch),
         "disc": disc_content(branch, beside),
         "diagram": diagram_of(branch),
     }
@@ -356,6 +358,42 @@ def _at_contacts(
     factor, unit = unit_shown(dataset, name, beside=beside)
     said = {"key": name, "label": ON_SURFACE[name], "after": after_number(unit), "most": most * factor}
     return {**said, "values": packed(np.rint(values / most * 65535.0), "u2")}
+
+
+def interfaces_content(branch: Solutions) -> list[dict[str, Any]]:
+    """Flat maps of the contacts between surfaces, those of the largest areas, and what they do at every point."""
+    names, units = names_of(branch.table, "contact"), Units.of_results(branch.table.attrs)
+    out = []
+    for joint in interfaces_of(branch) if len(branch) else ():
+        kept = np.sort(np.argsort(-joint.areas, kind="stable")[:MOST_SHAPE_NODES])
+        of = [
+            own for key in QUANTITIES
+            if (values := joint.values(branch.table, key)) is not None
+            and (own := _on_interface(key, values[:, kept], units))
+        ]  # fmt: skip
+        if not of:
+            continue
+        less = (
+            f"{len(kept)} of {len(joint.areas)} contacts, of the largest areas" if len(kept) < len(joint.areas) else ""
+        )
+        out.append({
+            "name": joint.name, "axes": joint.axes, "names": [names[c] for c in joint.contacts[kept]],
+            "x": packed(joint.flat[:1, kept], "f8"), "y": packed(joint.flat[1:, kept], "f8"),
+            "area": packed(joint.areas[None, kept], "f8"), "after": units.after("length"),
+            "area_after": units.after("length^2"), "less": less, "of": of,
+        })  # fmt: skip
+    return out
+
+
+def _on_interface(key: str, values: Array, units: Units) -> dict[str, Any]:
+    """A quantity of the contacts of a map, (point, contact), in steps of the 65535th part of the largest."""
+    label, dimension = QUANTITIES[key]
+    said = {"key": key, "label": label, "after": units.after(dimension)}
+    if key == "state":
+        return {**said, "most": 4.0, "values": packed(values, "u1")}
+    values = np.maximum(np.nan_to_num(values, posinf=0.0, neginf=0.0), 0.0)
+    most = float(values.max(initial=0.0))
+    return {**said, "most": most, "values": packed(np.rint(values / (most or 1.0) * 65535.0), "u2")}
 
 
 _FROM_ABOVE, _ASIDE = 60.0, -35.0

@@ -217,7 +217,7 @@ def _is_report(path: Path) -> bool:
         return MARK.encode() in stream.read(2000)
 
 
-STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "disc.css", "inputs.css", "print.css")
+STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "disc.css", "interface.css", "inputs.css", "print.css")
 
 
 STUDY_STYLES = ("look.css", "study.css", "inputs.css", "print.css")
@@ -229,7 +229,7 @@ PLAIN_STYLES = ("look.css", "plain.css", "print.css")
 STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "inputs.js", "study.js")
 
 
-_NAMES = "decode law model view charts save curves strip shape disc panels diagram tables head inputs main"
+_NAMES = "decode law model view charts save curves strip shape disc interface panels diagram tables head inputs main"
 SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
 """Our scripts in the order in which they are joined: one script, whose only global name is ``slipstick``."""
 

@@ -8,6 +8,7 @@ relief); any other load has no static response [M. Geradin and D. J. Rixen, Mech
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,30 +16,27 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, names, suggestion, whole
-from slipstick.solve.linear.factorisation import SingularMatrixError
+from slipstick.faults import whole
+from slipstick.solve.linear.factorisation import Factorisation, SingularMatrixError, factorise, shifted
 from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.structure.checks import directions
 from slipstick.structure.matrix_checks import matrix_faults
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.protocol import Structure, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
-from slipstick.structure.reduction.request import real_matrices
+from slipstick.structure.reduction.compute import reduced_data
+from slipstick.structure.reduction.data import Columns
+from slipstick.structure.reduction.reduce import modal_structure
+from slipstick.structure.reduction.request import Accuracy, checked_request, real_matrices
 from slipstick.structure.truncation import Truncation
-from slipstick.typing import Array, Matrix, Reals
+from slipstick.typing import AnyArray, Array, Matrix, Reals
 from slipstick.units import Units
 
 MOST_RIGID = 6
 _GAP = 1e-6
 """Squared frequency of a rigid-body mode over that of the first elastic one, at most."""
-_SHIFT = 1e-2
-"""Shift of the singular stiffness, over the first elastic squared frequency: each iteration leaves that error."""
-_ROUNDS = 40
-"""Iterations with the shifted stiffness, at most."""
 _BALANCED = 1e-8
 """Resultant of forces in equilibrium, over their size: the rounding of stored modes."""
-_DENSE = 400
-"""Dofs up to which all modes are found by a dense solver."""
 
 
 class FreeStructure(Structure):
@@ -156,8 +154,8 @@ class FreeStructure(Structure):
 
 
 def free_structure(
-    K: Matrix, M: Matrix, *, dofs: Iterable[str], keep: Iterable[str], modes: int, loss_factor: Reals = 0.0,
-    damping_ratio: Reals = 0.0,
+    K: Matrix, M: Matrix, *, dofs: Iterable[str], keep: Iterable[str] | Any, modes: int,
+    names: Iterable[str] | None = None, loss_factor: Reals = 0.0, damping_ratio: Reals = 0.0,
 ) -> FreeStructure:  # fmt: skip
     """A body that is not held, reduced: its rigid-body modes, elastic modes and the static residual at kept dofs.
 
@@ -165,10 +163,15 @@ def free_structure(
     ----------
     K, M
         Sparse or dense (n, n), symmetric; K singular by up to six rigid-body motions, M positive definite.
-    dofs, keep
-        Names of all dofs, and of those that are kept: loads, contacts, outputs.
+    dofs
+        Names of all dofs.
+    keep
+        Names of those that are kept: loads, contacts, outputs. Or a matrix (n, n_keep) of directions, see
+        :func:`slipstick.reduce`.
     modes
         How many elastic modes.
+    names
+        Of the columns of ``keep`` when that is a matrix.
     loss_factor, damping_ratio
         Of the elastic modes, see ``ss.ModalStructure``.
 
@@ -185,54 +188,83 @@ def free_structure(
     >>> pair.natural_frequencies.round(6), pair.project([[1.0], [-1.0]], [[1.0], [-1.0]]).static.round(9)
     (array([2.44949]), array([[0.33333333]]))
     """
-    checks = Gathering()
     stiffness, mass = real_matrices(K, M)
-    all_names = checks.take(names, "dofs", dofs, "the name of each dof, in order")
-    kept = checks.take(names, "keep", keep, "names of dofs")
-    count = checks.take(whole, "modes", modes, 1)
-    checks.end()
-    assert all_names is not None
-    assert kept is not None
-    assert count is not None
-    faults = matrix_faults(stiffness, mass, all_names)
+    n = stiffness.shape[0]
+    request = checked_request(
+        n, keep=keep, dofs=dofs, names=names, loss_factor=loss_factor, damping_ratio=damping_ratio
+    )  # fmt: skip
+    count = whole("modes", modes, 1)
+    faults = matrix_faults(stiffness, mass, request.dofs)
     if faults:
         raise InputError(faults)
-    for name in kept:
-        if name not in all_names:
-            checks.faults.append(Fault("keep", f"there is no dof '{name}'", remedy=suggestion(name, all_names)))
-    checks.end()
-    n = len(all_names)
-    B = np.zeros((n, len(kept)))
-    B[[all_names.index(name) for name in kept], np.arange(len(kept))] = 1.0
-    rigid, omega, shapes = _modes(stiffness, mass, min(count, n))
-    U = _inertia_relief(stiffness, mass, rigid, B, omega[0])
-    a, static = B.T @ shapes, B.T @ U
-    second = U.T @ (mass @ U) - (a / omega**4) @ a.T
-    elastic = ModalStructure(
-        omega=omega, mode_shapes=a, dofs=kept, static_compliance=0.5 * (static + static.T),
-        second_residual=0.5 * (second + second.T), loss_factor=loss_factor, damping_ratio=damping_ratio,
-    )  # fmt: skip
-    return FreeStructure(elastic=elastic, rigid_shapes=B.T @ rigid)
+    body = _Elastic(stiffness, mass)
+    want = Accuracy(modes=min(count, n - body.rigid.shape[1]))
+    iteration = BlockLanczos(stiffness, mass, factors=body)
+    data = reduced_data(iteration, mass, Columns(request.directions, request.loads), want)
+    elastic = modal_structure(data, request.kept, (), request.damping)
+    return FreeStructure(elastic=elastic, rigid_shapes=request.directions.T @ body.rigid)
 
 
-def _modes(K: Any, M: Any, count: int) -> tuple[Array, Array, Array]:
-    """Rigid-body modes (n, r), frequencies (k,) and shapes (n, k) of the elastic ones."""
+class _Elastic:
+    """Factors of a stiffness that nothing holds, for its elastic motions alone; ``rigid`` are the others, (n, r).
+
+    A body on r supports, as many as it has rigid-body motions, moves under forces in balance as if it were free: their
+    reactions are zero. Its motion less the rigid part is ``K^+ b``, that of inertia relief, from one solution.
+    """
+
+    counted = None
+    """No shift for which eigenvalues have been counted before."""
+
+    def __init__(self, K: Any, M: Any) -> None:
+        from scipy.linalg import qr
+
+        self.K, self.M = K, M
+        free, ordering = _rigid_motions(K, M)
+        picks = qr(free.T, mode="r", pivoting=True)[1][: free.shape[1]]
+        springs = np.zeros(K.shape[0])
+        springs[picks] = K.diagonal()[picks]
+        self.held = factorise(sparse.csr_array(K + sparse.diags_array(springs)), ordering=ordering)
+        pushes = np.zeros_like(free)
+        pushes[picks, np.arange(len(picks))] = springs[picks]
+        rigid = self.held.solve(pushes)  # the motions that move one support by 1 each, to rounding
+        for _ in range(2):
+            values, vectors = np.linalg.eigh(rigid.T @ (M @ rigid))
+            rigid = rigid @ (vectors / np.sqrt(values))
+        self.rigid, self._momenta = rigid, M @ rigid
+
+    def at(self, shift: float, solve: bool = True) -> Factorisation:
+        """Those of ``K - shift M`` on elastic motions; other shifts than 0 only tell the inertia."""
+        if solve:
+            return replace(self.held, solver=self._elastic)
+        made = factorise(shifted(self.K, self.M, shift), check=False, ordering=self.held.ordering)
+        if made.inertia is None:
+            return made
+        inertia = made.inertia._replace(negative=made.inertia.negative - self.rigid.shape[1])
+        return replace(made, inertia=inertia)
+
+    def _elastic(self, forces: AnyArray) -> Array:
+        """Elastic displacements (n, k) by forces less the inertia of the rigid motion that they cause."""
+        balanced = forces - self._momenta @ (self.rigid.T @ forces)
+        moved = self.held.solve(balanced)
+        moved -= self.rigid @ (self._momenta.T @ moved)
+        return np.asarray(moved)
+
+
+def _rigid_motions(K: Any, M: Any) -> tuple[Array, Any]:
+    """Motions (n, r) that K does not resist, nearly, and the ordering of its factors."""
     n = K.shape[0]
-    wanted = min(n, count + MOST_RIGID)
-    if n <= _DENSE:
-        from scipy.linalg import eigh
-
-        values, shapes = eigh(K.toarray(), M.toarray(), subset_by_index=(0, wanted - 1))
-    else:
-        shift = -1e-6 * float(K.diagonal().sum() / M.diagonal().sum())
-        try:
-            found = BlockLanczos(K, M, shift=shift).modes(wanted)
-        except SingularMatrixError as error:
-            raise InputError(f"the stiffness matrix has negative eigenvalues: {error}") from error
-        shapes = np.asarray(found.shapes)
-        values = np.einsum("ik,ik->k", shapes, K @ shapes)
+    shift = -1e-6 * float(K.diagonal().sum() / M.diagonal().sum())
+    try:
+        iteration = BlockLanczos(K, M, shift=shift)
+        shapes = iteration.modes(min(n, MOST_RIGID + 1), count=False, last=True).shapes
+    except SingularMatrixError as error:
+        raise InputError(f"the stiffness matrix has negative eigenvalues: {error}") from error
+    values = np.einsum("ik,ik->k", shapes, K @ shapes)
+    if iteration.inertia is not None and iteration.inertia.negative:
+        what = "has negative eigenvalues, so the body is unstable at rest"
+        raise InputError(Fault("K", what, remedy="check signs, material data and any prestress"))
     size = np.maximum(np.abs(values), np.finfo(float).tiny)
-    gaps = [r for r in range(1, min(MOST_RIGID, wanted - 1) + 1) if size[:r].max() < _GAP * values[r]]
+    gaps = [r for r in range(1, len(values)) if size[:r].max() < _GAP * values[r]]
     if not gaps:
         raise InputError(
             Fault(
@@ -241,29 +273,4 @@ def _modes(K: Any, M: Any, count: int) -> tuple[Array, Array, Array]:
                 remedy="of a body that is held use ss.reduce; look for mechanisms and parts that are not connected",
             )
         )
-    r = gaps[-1]
-    kept = slice(r, r + count)
-    return shapes[:, :r], np.sqrt(values[kept]), shapes[:, kept]
-
-
-def _inertia_relief(K: Any, M: Any, rigid: Array, B: Array, omega: float) -> Array:
-    """Elastic displacements (n, k) by loads in equilibrium with inertia: ``K u = B - M R R^T B``, ``R^T M u = 0``.
-
-    The stiffness is singular: it is solved for by iteration with a shift by the mass.
-    """
-    from slipstick.solve.linear.factorisation import factorise
-
-    factors = factorise(sparse.csr_array(K + _SHIFT * omega**2 * M))
-    for _ in range(3):  # rigid-body modes to rounding
-        rigid = np.asarray(factors.solve(M @ rigid))
-        values, vectors = np.linalg.eigh(rigid.T @ (M @ rigid))
-        rigid = rigid @ (vectors / np.sqrt(values))
-    load = B - (M @ rigid) @ (rigid.T @ B)
-    U = np.zeros_like(B)
-    for _ in range(_ROUNDS):
-        change = np.asarray(factors.solve(load - K @ U))
-        change -= rigid @ (rigid.T @ (M @ change))
-        U += change
-        if np.abs(change).max() <= 1e-14 * np.abs(U).max():
-            break
-    return U
+    return shapes[:, : gaps[-1]], iteration.ordering

@@ -6,6 +6,7 @@ from helpers.faults import raises_fault
 from helpers.oscillator import closed, damper, one_mass
 
 import slipstick as ss
+from slipstick.balance import contact_jacobian
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -93,6 +94,29 @@ def test_modes_of_reduced_and_rubbing_structures_predict_forced_peaks(velocity, 
     forced = ss.forced_response(problem.with_parameter("load", 2.0), omega=(0.8 * w, 1.2 * w), peaks_of="b")
     peak = max(forced.peaks("b"), key=lambda peak: peak[1])
     assert (w, float(d.amplitude[k])) == pytest.approx(peak, rel=5e-3)
+
+
+def test_many_contacts_take_one_solution_a_correction(monkeypatch):
+    """Motion, frequency and damping are solved for as one, and neighbours share what prepares the iteration."""
+    made, alone = [], []
+    prepare, solve = contact_jacobian.Preconditioner.__init__, contact_jacobian.ContactJacobian.solve
+    monkeypatch.setattr(
+        contact_jacobian.Preconditioner, "__init__", lambda self, *given: (made.append(1), prepare(self, *given))[0]
+    )
+    monkeypatch.setattr(
+        contact_jacobian.ContactJacobian,
+        "solve",
+        lambda self, *given, **o: (alone.append(1), solve(self, *given, **o))[1],
+    )
+    given = {"amplitude": (0.01, 3.0), "dof": "b", "load_factors": (0.5, 2.0)}
+    found = ss.nonlinear_modes(chain(), **given, options={"jacobian": "iterative"}).dataset
+    evaluations = found.attrs["evaluations"]
+    assert len(made) < 0.8 * evaluations
+    assert len(alone) < 0.1 * evaluations
+    dense = ss.nonlinear_modes(chain(), **given, options={"jacobian": "dense"}).dataset
+    for name in ("omega", "modal_damping", "modal_amplitude"):
+        exact = [data[name].values[data.kind.values == "requested"] for data in (found, dense)]
+        assert exact[0] == pytest.approx(exact[1], rel=1e-8)
 
 
 @pytest.mark.parametrize(

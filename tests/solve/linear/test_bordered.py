@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from slipstick.solve.linear.block_bordered import BlockBordered
 from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.linear.jacobian import Eliminated, EmbeddedJacobian, Jacobian, Scaled
 
 
@@ -129,3 +131,51 @@ def test_what_serves_another_is_taken_over_where_the_same_unknowns_are_active() 
         EmbeddedJacobian(one, ACTIVE).take_over(beside)
     other.take_over(EmbeddedJacobian(one, ACTIVE))
     assert taken == [other]
+
+
+class Iterated(IterativeJacobian):
+    """A matrix known by its products, with another one near it as the preconditioner."""
+
+    def __init__(self, A: np.ndarray) -> None:
+        self.A, self.P = A, A + 0.05 * np.random.default_rng(3).standard_normal(A.shape)
+
+    @property
+    def size(self) -> int:
+        return len(self.A)
+
+    def multiply(self, x, *, transposed=False):
+        return (self.A.T if transposed else self.A) @ x
+
+    def precondition(self, x, *, transposed=False):
+        return np.linalg.solve(self.P.T if transposed else self.P, x)
+
+    @property
+    def preconditioner_sign(self) -> int:
+        return int(np.linalg.slogdet(self.P)[0])
+
+    def bound(self, x):
+        return np.abs(self.A) @ np.abs(x)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_block_of_borders_is_solved_with_the_rest(seed):
+    """Also where the first further equation alone would be singular, as that of a mode at its resonance."""
+    rng = np.random.default_rng(seed)
+    A, s = rng.standard_normal((9, 9)), np.exp(rng.standard_normal(9))
+    columns, rows = rng.standard_normal((9, 3)), rng.standard_normal((3, 12))
+    rows[0, 9] = rows[0, :9] @ np.linalg.solve(A * s / s[:, None], columns[:, 0])
+    whole = np.vstack([np.column_stack([A * s / s[:, None], columns]), rows])
+    J = BlockBordered(Iterated(A), s, columns, rows)
+    column, row = rng.standard_normal(12), rng.standard_normal(13)
+    larger = np.vstack([np.column_stack([whole, column]), row])
+    for found, matrix in ((J, whole), (J.bordered(column, row), larger)):
+        n = len(matrix)
+        x, eye = rng.standard_normal(n), np.eye(n)
+        assert (found.size, found.singular) == (n, False)
+        assert found.multiply(eye) == pytest.approx(matrix)
+        assert found.multiply(x, transposed=True) == pytest.approx(matrix.T @ x)
+        assert matrix @ found.solve(x) == pytest.approx(x, abs=1e-6)
+        assert matrix @ found.solve(eye) == pytest.approx(eye, abs=1e-6)
+        assert matrix.T @ found.solve(x, transposed=True) == pytest.approx(x, abs=1e-5)
+        assert found.sign() == np.sign(np.linalg.det(matrix))
+        assert np.all(found.bound(x) >= np.abs(matrix) @ np.abs(x) * (1.0 - 1e-12))

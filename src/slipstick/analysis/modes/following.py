@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from math import inf, log
+from math import inf, log, sqrt
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,8 @@ _AMPLITUDE_RATIO, _AMPLITUDES = 0.25, 24
 """Ratio of successive amplitudes at which the linear mode is tried, and their number."""
 _LINEAR = 0.02
 """Correction of a guess of size 1, up to which the motion is that of the linear mode."""
+_NEAR, _SHORTEST = 0.2, 1.04
+"""Change of a motion of size 1 from one amplitude to the next that is small, and the least ratio of two amplitudes."""
 _MOTION_GROWTH = log(1e4)
 """Logarithm of the growth of the motion beyond that of the amplitude at the output, at which a branch stops."""
 _HARMONIC, _HARMONIC_ERROR = 1e-4, 0.5
@@ -91,8 +93,9 @@ class ModePath:
     def begin(self) -> tuple[Array, float] | None:
         """Unknowns (N + 4,) and parameter at the first amplitude; None where no solution is found.
 
-        If the mode is not linear there, it is followed from a smaller amplitude at which it is. Without one, it is
-        followed from the largest amplitude at which the linear mode leads to a solution.
+        If the mode is not linear there, it is followed from a smaller amplitude at which it is: from amplitude to
+        amplitude where the motion changes little between them, else by a continuation. Without one, it is followed from
+        the largest amplitude at which the linear mode leads to a solution.
         """
         amplitude, near = self.first, None
         for _ in range(_AMPLITUDES):
@@ -107,9 +110,9 @@ class ModePath:
             if near is None:
                 return None
             result, amplitude = near
+        if (climbed := self._climbed(result, amplitude)) is not None:
+            return self._resized(climbed.x, self.first)
         y, parameter = self._resized(result.x, amplitude)
-        if amplitude == self.first:
-            return y, parameter
         last: Step | None = None
         run = self._run(y, parameter, (amplitude, self.first), [])
         for step in run:
@@ -120,6 +123,25 @@ class ModePath:
             return None
         exact = self._exact(last, self.first)
         return self._resized(exact.x, self.first) if exact.converged else None
+
+    def _climbed(self, result: NewtonResult, amplitude: float) -> NewtonResult | None:
+        """The solution at the first amplitude, from one at a smaller amplitude; None where the motion changes much.
+
+        Each solution is the guess of the next, in steps short enough that it stays near.
+        """
+        ratio = 1.0 / _AMPLITUDE_RATIO
+        while amplitude < self.first:
+            ahead = min(ratio * amplitude, self.first)
+            guess = result.x.copy()
+            guess[:-2] *= self.at_dof.sizes(amplitude)
+            guess[:-2][self.at_dof.vibration] *= ahead / amplitude
+            new = self._solved(guess, ahead)
+            guess[:-2] /= self.at_dof.sizes(ahead)
+            if new.converged and norm((new.x - guess) / self._unit) < _NEAR:
+                result, amplitude, ratio = new, ahead, min(ratio * ratio, 1.0 / _AMPLITUDE_RATIO)
+            elif (ratio := sqrt(ratio)) < _SHORTEST:
+                return None
+        return result
 
     def follow(self, y: Array, parameter: float, events: Iterable[BranchEvent]) -> Continuation:
         """The continuation from the first point; the step at the last amplitude is of kind "end"."""

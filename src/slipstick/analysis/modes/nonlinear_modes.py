@@ -32,11 +32,18 @@ from slipstick.results.result_warnings import result_warnings
 from slipstick.results.schema import Declared, Layout
 from slipstick.results.solutions import Solutions
 from slipstick.solve.continuation import BranchEvent, Continuation, Step
+from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import AnyArray, Array, ComplexArray
 
 MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
 """Default options of a nonlinear mode: steps of 3 % of the logarithmic range of the amplitude; frequency and damping
 are linear between two points to 4e-4."""
+
+_MANY = 500
+"""Unknowns above which corrections are damped: of many contacts one is at a corner nearly everywhere, and shorter steps
+do not pass it."""
+_DAMPED = NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1)
+"""Newton's method there, as along forced curves."""
 
 _SAME_FACTOR = 1e-6
 """Relative difference up to which a point is at a load factor."""
@@ -133,6 +140,8 @@ def mode_request(
     assert number is not None
     assert output is not None
     free, linear = free_problem(checks.problem, number - 1, output, common["options"].jacobian)
+    if free.balance.size > _MANY and "newton" not in (options or {}):
+        common["options"] = replace(common["options"], newton=_DAMPED)
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],

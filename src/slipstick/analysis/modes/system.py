@@ -19,13 +19,12 @@ from math import exp, isfinite
 
 import numpy as np
 
-from slipstick.analysis.augmented import Augmented, Bordered
+from slipstick.analysis.augmented import Augmented, Bordered, extended
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.evaluation import Detail
 from slipstick.balance.inputs import Inputs
 from slipstick.errors import InputError
 from slipstick.results.record import Outputs
-from slipstick.solve.linear.jacobian import Eliminated, Scaled
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import XI, CoupledModes
@@ -208,7 +207,7 @@ class ModeSystem(Augmented):
         sizes = self.sizes(A)[:-2]
         q = A * y[-4:-2]
         here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), near)
-        if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
+        if here.lost or not np.all(np.isfinite(here.at.residual)):
             return None
         pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
         of_mode = np.column_stack(self._columns_of_mode(here))
@@ -223,7 +222,7 @@ class ModeSystem(Augmented):
         if reference @ shift < _TRANSVERSAL * norm(shift):
             turned = shift / norm(shift)
         return Bordered(
-            here, Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
+            here, extended(here.jacobian, sizes, columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
             np.concatenate([equation, [size, reference @ motion]]), np.array([2.0, 2.0, 2.0, 1.0]),
             lambda way: self._along(here, A, way), np.concatenate([by_log / sizes, equation_by_log, [rate, 0.0]]),
             ModeDetail(

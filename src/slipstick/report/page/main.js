@@ -11,6 +11,7 @@ class App {
     this.curves = new Curves(document.getElementById("response"), this);
     this.panels = new Panels(document.getElementById("point"), this);
     this.disc = new Disc(document.getElementById("disc"), this);
+    this.interface = new Interface(document.getElementById("interface"), this);
     this.body = new Body(document.getElementById("body"), this);
     this.diagram = new Diagram(document.getElementById("diagram"), this);
     this.ranking = new Ranking(document.getElementById("contacts"), this);
@@ -74,6 +75,7 @@ class App {
   drawPoint() {
     this.panels.draw();
     this.disc.draw();
+    this.interface.draw();
     this.body.draw();
     this.ranking.draw();
   }

@@ -209,6 +209,17 @@ class Result {
     return Float64Array.from(this.shape.on.contact, (contact) => (contact ? (most * steps[contact - 1]) / 65535 : 0));
   }
 
+  /** Both coordinates and areas of the contacts of a pair of surfaces. */
+  placesOf({ x, y, area }) {
+    return { x: new Numbers(x).values, y: new Numbers(y).values, area: new Numbers(area).values };
+  }
+
+  /** A quantity of the contacts of a pair of surfaces at a point; states by number. */
+  onInterface({ name }, { key, most, values }, point) {
+    const steps = Array.from(this.numbers(`${key} of ${name}`, values).row(point));
+    return key === "state" ? steps : steps.map((step) => (most * step) / 65535);
+  }
+
   /** What each field does at a point: coefficients (0, c1, s1, ...). */
   fieldMotion(point) {
     const { coefficients, fields } = this.content.shape;
