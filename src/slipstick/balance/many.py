@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipstick.balance.balance import Balance
 from slipstick.balance.compliance import sums
-from slipstick.balance.evaluation import by_omega, detail, evaluated_together
+from slipstick.balance.evaluation import detail, evaluated_together
 from slipstick.balance.inputs import Assigned, Inputs
 from slipstick.balance.layout import Batch, Places
 from slipstick.structure.receptance import Receptance
@@ -85,30 +85,22 @@ class ManyBalances:
 
     def _evaluated(self, branches: Numbers, states: Array) -> tuple[Array, Array]:
         b, k, N = self._balance, len(states), self._balance.size
-        x, omega = states[:, :-1], states[:, -1]
+        x, omega = np.ascontiguousarray(states[:, :-1]), states[:, -1]
         solution = detail(b, x, omega, self.inputs.at(branches).joined)
-        value, slope = self._compliance(branches, omega).swapaxes(0, 1)
-        G = b.layout.excitation(solution.forces, solution.inputs.P, (k,))
+        both, shape = self._compliance(branches, omega), (k, b.n_ports, b.L)
+        out = np.empty((k, 2, *shape[1:]))
+        sums().residuals_of_many(both, x.reshape(shape), solution.on_ports, solution.inputs.P, out)
         jacobian = np.zeros((k, N, N))
         jacobian[:, np.arange(N), np.arange(N)] = 1.0
         for batch, response in zip(b.batches, solution.responses, strict=True):
             for pair, tangent in response.by_motion.items():
                 if pair in batch.coupled:
                     each = np.ascontiguousarray(tangent).reshape(k, batch.count, b.L, b.L)
-                    sums().products_of_many(value, each, *batch.coupled[pair], jacobian)
+                    sums().products_of_many(both[:, 0], each, *batch.coupled[pair], jacobian)
         by_state = np.empty((k, N, N + 1))
         by_state[:, :, :N] = jacobian.transpose(0, 2, 1)
-        by_state[:, :, N] = self._times(slope, G)
-        slopes = by_omega(solution)
-        if any(slopes):
-            by_state[:, :, N] += self._times(value, b.layout.excitation(slopes, n=(k,)))
-        return x + self._times(value, G), by_state
-
-    def _times(self, value: ComplexArray, G: ComplexArray) -> Array:
-        """``conj(A) G`` of each as coefficients (k, N)."""
-        out = np.empty((len(G), self._balance.n_ports, self._balance.L))
-        sums().times_of_many(value, G, out)
-        return out.reshape(len(G), -1)
+        by_state[:, :, N] = out[:, 1].reshape(k, N)
+        return out[:, 0].reshape(k, N), by_state
 
     def _compliance(self, branches: Numbers, omega: Array) -> ComplexArray:
         """``conj(A)`` and its derivative by omega, (k, 2, n_columns, n_rows, n + 1)."""

@@ -122,13 +122,6 @@ def add_answer(value: ComplexArray, forces: Array, out: Array) -> None:
 
 
 @compiled(allocates=True, nogil=True)
-def times_of_many(value: ComplexArray, G: ComplexArray, out: Array) -> None:
-    """``compliance_times`` of each, into ``out`` (k, n_rows, L)."""
-    for i in range(len(value)):
-        compliance_times(value[i], G[i], out[i])
-
-
-@compiled(allocates=True, nogil=True)
 def products_of_many(
     value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
 ) -> None:
