@@ -89,7 +89,7 @@ class Elements:
         return np.asarray(np.abs(self.local).max(axis=2).reshape(self.shape).max(axis=2))
 
     def multiply(self, blocks: Array, X: Array, out: Array, *, transposed: bool = False) -> None:
-        """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` has no meaning."""
+        """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` means nothing."""
         _blocks().blocks_times(blocks, self.rows, X, out, transposed)
 
     def forces(self, X: Array, out: Array, *, transposed: bool = False, sizes: bool = False) -> None:

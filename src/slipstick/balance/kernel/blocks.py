@@ -15,7 +15,7 @@ from slipstick.typing import Array, ComplexArray, IntArray
 
 @compiled(allocates=True, nogil=True)
 def blocks_times(blocks: Array, rows: IntArray, X: Array, out: Array, transposed: bool) -> None:
-    """Write the products of ``blocks`` (n, p L, p L), or of their transposes, to the rows of ``out`` of each element."""
+    """Write products of ``blocks`` (n, p L, p L), or of their transposes, to the rows of ``out`` of each element."""
     p, L = rows.shape[1], X.shape[1]
     own, moved = np.empty(p * L), np.empty(p * L)
     for e in range(len(rows)):
