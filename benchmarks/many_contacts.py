@@ -5,18 +5,31 @@
 Each contact has a tangential and a normal port and harmonics 0 to 5: 22 unknowns. The plate lifts off most of them at
 its resonance and slips on others. Without ``--whole`` eight points are followed from the middle of the flank on.
 With ``--seen`` the file for ParaView of the last point, and the page, are written to a folder.
+
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --chains [1 2 5 10 20 40 100 200]
+
+Chains of as many oscillators with a contact each, harmonics 0 to 10: 21 unknowns a contact, one output, through the
+frequencies at which they slip. Seconds, evaluations and factorisations a point, the exponent of the seconds from size
+to size, and what the time goes to, by samples of the innermost of a few functions.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import signal
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
+from types import FrameType
 from typing import Any
 
 import numpy as np
-from clocks import peak_memory
+from clocks import one_thread, peak_memory
+from ensembles import chain
 from scipy import sparse
 
 import slipstick as ss
@@ -118,15 +131,101 @@ def measure(n: int, whole: bool, residuals: str = "auto", seen: str | None = Non
     }  # fmt: skip
 
 
+CHAINS = (1, 2, 5, 10, 20, 40, 100, 200)
+SLIPPING = (8.0, 11.0)
+PARTS = {
+    ("solve/linear/dense.py", "_factors"): "factors", ("contact_jacobian.py", "_preconditioner"): "factors",
+    ("jacobian_backends.py", "_write"): "written", ("solve/linear/dense.py", "solve"): "solutions",
+    ("iterative.py", "solve"): "solutions", ("iterative.py", "solve_correction"): "solutions",
+    ("iterative.py", "sign"): "signs", ("balance/evaluation.py", "evaluate"): "evaluations",
+    ("results/record.py", "values"): "results", ("continuation/follow.py", "_between"): "between points",
+}  # fmt: skip
+"""Functions, by the end of the file's name, and what their time is called; the innermost counts."""
+
+
+@contextmanager
+def sampled() -> Iterator[Counter[str]]:
+    """Samples of the processor time, one a millisecond, by ``PARTS``."""
+    parts: Counter[str] = Counter()
+
+    def look(_: int, frame: FrameType | None) -> None:
+        while frame is not None:
+            code = frame.f_code
+            for (file, name), part in PARTS.items():
+                if code.co_name == name and code.co_filename.endswith(file):
+                    parts[part] += 1
+                    return
+            frame = frame.f_back
+        parts["other"] += 1
+
+    before = signal.signal(signal.SIGPROF, look)
+    signal.setitimer(signal.ITIMER_PROF, 1e-3, 1e-3)
+    try:
+        yield parts
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+
+
+@contextmanager
+def factorisations() -> Iterator[Counter[str]]:
+    """Counts factors of dense Jacobians and preconditioners of iterative ones."""
+    from slipstick.balance import contact_jacobian
+    from slipstick.solve.linear import dense
+
+    made, factorise, preconditioner = Counter[str](), dense.dgetrf, contact_jacobian.Preconditioner
+
+    def counted(make: Any) -> Any:
+        def call(*given: Any, **options: Any) -> Any:
+            made["factorisations"] += 1
+            return make(*given, **options)
+
+        return call
+
+    dense.dgetrf, contact_jacobian.Preconditioner = counted(factorise), counted(preconditioner)
+    try:
+        yield made
+    finally:
+        dense.dgetrf, contact_jacobian.Preconditioner = factorise, preconditioner
+
+
+def growth(counts: Sequence[int] = CHAINS, least: float = 1.0) -> Iterator[dict[str, Any]]:
+    """A row for each chain, followed again until ``least`` seconds have passed."""
+    before: dict[str, Any] = {}
+    for n in counts:
+        given = replace(chain(n, 11), outputs=["x0"])
+        ss.forced_response(given, omega=SLIPPING, options={"max_points": 3})
+        with one_thread(), factorisations() as made, sampled() as parts:
+            began, points, evaluations = process_time(), 0, 0
+            while process_time() - began < least:
+                branch = ss.forced_response(given, omega=SLIPPING)
+                points, evaluations = points + len(branch), evaluations + int(branch.dataset.attrs["evaluations"])
+            seconds = (process_time() - began) / points
+        row = {
+            "contacts": n, "unknowns": 21 * n, "ms a point": 1e3 * seconds, "points": len(branch),
+            "evaluations a point": evaluations / points, "factorisations a point": made["factorisations"] / points,
+            "jacobian": str(branch.dataset.attrs["jacobian"]),
+        }  # fmt: skip
+        if before:
+            row["exponent"] = float(np.log(row["ms a point"] / before["ms a point"]) / np.log(n / before["contacts"]))
+        before, all_ = row, max(1, parts.total())
+        yield row | {"where": ", ".join(f"{part} {100 * k // all_} %" for part, k in parts.most_common(4))}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     usual = [n for n in GRIDS if n <= 1000]
-    parser.add_argument("counts", nargs="*", type=int, default=usual, help=f"any of {', '.join(map(str, GRIDS))}")
+    parser.add_argument("counts", nargs="*", type=int, help=f"any of {', '.join(map(str, GRIDS))}")
     parser.add_argument("--whole", action="store_true", help="the whole curve through the resonance")
     parser.add_argument("--residuals", default="auto", help="auto, written or solved")
     parser.add_argument("--seen", help="a folder for the file for ParaView and the page")
+    parser.add_argument("--chains", action="store_true", help="chains of oscillators in place of the plate")
     options = parser.parse_args()
-    for n in options.counts:
+    if options.chains:
+        for row in growth(options.counts or CHAINS):
+            print(json.dumps(row), flush=True)
+        return
+    for n in options.counts or usual:
         print(json.dumps(measure(n, options.whole, options.residuals, options.seen)), flush=True)
 
 

@@ -25,7 +25,7 @@ def padded(dx):
 def test_forces_of_motion_are_those_of_the_derivatives(elements):
     dx = RNG.normal(size=BALANCE.size)
     out = np.zeros((BALANCE.n_ports + 1, L))
-    elements.scatter(elements.forces(elements.gather(padded(dx))), out)
+    elements.forces(padded(dx), out)
     moved, forces = BALANCE.layout.spread(dx)[0], {}
     for (i, j), tangent in TANGENTS.items():
         forces[i] = forces.get(i, 0.0) + np.einsum("cij,cj->ci", tangent, moved[j])
@@ -34,13 +34,14 @@ def test_forces_of_motion_are_those_of_the_derivatives(elements):
 
 
 def test_the_transpose_is_adjoint(elements):
-    a, b = RNG.normal(size=(2, COUNT, 2 * L))
-    assert np.sum(elements.forces(a) * b) == pytest.approx(np.sum(a * elements.forces(b, transposed=True)))
+    a, b = (padded(dx) for dx in RNG.normal(size=(2, BALANCE.size)))
+    forward, back = np.zeros_like(a), np.zeros_like(a)
+    elements.forces(a, forward)
+    elements.forces(b, back, transposed=True)
+    assert np.sum(forward[:-1] * b[:-1]) == pytest.approx(np.sum(a[:-1] * back[:-1]))
 
 
-def test_ports_that_are_not_there_are_zero(elements):
-    shapes = elements.at_ports(RNG.normal(size=(BALANCE.n_ports, 3)))
+def test_every_port_has_a_stiffness(elements):
     missing = elements.rows < 0
     assert missing.any()
-    np.testing.assert_array_equal(shapes[missing], 0.0)
     assert elements.stiffness().shape == missing.shape

@@ -109,7 +109,10 @@ def lossless(value: ComplexArray, share: float) -> NDArray[np.bool_]:
 
 def coefficients(z: ComplexArray) -> Array:
     """Complex numbers (rows, n + 1) as real coefficients (rows * L,)."""
-    return np.delete(np.ascontiguousarray(z).view(float), 1, axis=1).ravel()
+    parts = np.ascontiguousarray(z).view(float)
+    out = np.empty((len(parts), parts.shape[1] - 1))
+    out[:, 0], out[:, 1:] = parts[:, 0], parts[:, 2:]
+    return out.ravel()
 
 
 def driving(x: Array, F: Array, P: Array, springs: Array, support: Array) -> ComplexArray:

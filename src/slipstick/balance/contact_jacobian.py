@@ -8,14 +8,17 @@ excitation by it. P is inverted by Woodbury's formula.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache, cached_property
+from itertools import pairwise
 from math import log10
-from typing import TYPE_CHECKING, NamedTuple
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lu_factor
+from scipy.linalg.lapack import dgetrs
 
 from slipstick.balance.compliance import FactoredCompliance, coefficients
 from slipstick.solve.linear.iterative import IterativeJacobian
@@ -38,8 +41,19 @@ _CHUNK = 256
 """Elements whose forces by all modes are computed together: bounds the memory."""
 
 
+@cache
+def _blocks() -> ModuleType:
+    """The compiled products, loaded with the first Jacobian: reading and checking a case needs none."""
+    from slipstick.balance.kernel import blocks
+
+    return blocks
+
+
 class Elements:
-    """The elements of one batch: their port numbers (n, p), -1 where there is none, and ``dF/dX`` (n, p L, p L)."""
+    """The elements of one batch: their port numbers (n, p), -1 where there is none, and ``dF/dX`` (n, p L, p L).
+
+    Numbers at the ports are (n_ports + 1, L), the last row zero.
+    """
 
     def __init__(self, balance: Balance, k: int, tangents: Mapping[tuple[int, int], Array]) -> None:
         batch, L = balance.batches[k], balance.L
@@ -70,46 +84,30 @@ class Elements:
         self.fed_back = rows, gain, columns
         self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
 
-    def gather(self, X: Array) -> Array:
-        """Values (n, p L) of the elements from those of all ports (n_ports + 1, L), whose last row is zero."""
-        return X[self.rows].reshape(len(self.rows), -1)
-
-    def at_ports(self, shapes: Array) -> Array:
-        """Mode shapes (n_ports, q) at the ports of the elements, (n, p, q); zero where there is none."""
-        return np.asarray(shapes[self.rows] * (self.rows >= 0)[:, :, None])
-
     def stiffness(self) -> Array:
         """Largest stiffness at each port, (n, p)."""
         return np.asarray(np.abs(self.local).max(axis=2).reshape(self.shape).max(axis=2))
 
-    def scatter(self, values: Array, out: Array) -> None:
-        """Values (n, p L) of the elements into those of all ports (n_ports + 1, L)."""
-        out[self.rows] = values.reshape(self.shape)
+    def multiply(self, blocks: Array, X: Array, out: Array, *, transposed: bool = False) -> None:
+        """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` means nothing."""
+        _blocks().blocks_times(blocks, self.rows, X, out, transposed)
 
-    def forces(self, q: Array, *, transposed: bool = False) -> Array:
-        """``dF/dX q`` for motion (n, p L) of the elements, or with the transpose."""
-        tangent = self.tangent.transpose(0, 2, 1) if transposed else self.tangent
-        forces = (tangent @ q[:, :, None])[:, :, 0]
+    def forces(self, X: Array, out: Array, *, transposed: bool = False, sizes: bool = False) -> None:
+        """Write ``dF/dX X``, or with the transpose, or with the sizes of all entries, likewise."""
+        self.multiply(np.abs(self.tangent) if sizes else self.tangent, X, out, transposed=transposed)
         if self.fed_back is not None:
-            rows, gain, columns = self.fed_back
+            rows, gain, columns = map(np.abs, self.fed_back) if sizes else self.fed_back
             if transposed:
-                forces += (gain.T @ np.einsum("nk,nk->n", columns, q))[:, None] * rows
-            else:
-                forces += (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
-        return forces
-
-
-class _ExactModes(NamedTuple):
-    """Modes held exactly at one coefficient of the motion: their places among all of them, and their shapes."""
-
-    coefficient: int
-    at: slice
-    left: Array
-    right: Array
+                rows, gain, columns = columns, gain.T, rows
+            q = X[self.rows].reshape(len(self.rows), -1)
+            fed = (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
+            out[self.rows] += fed.reshape(self.shape)
 
 
 class Preconditioner:
     """The preconditioner of one Jacobian; raises numpy's LinAlgError where it is singular.
+
+    ``P^-1 = D^-1 (1 - U C^-1 W D^-1)`` with ``C = 1 + W D^-1 U``.
 
     Parameters
     ----------
@@ -126,14 +124,15 @@ class Preconditioner:
         self._elements, self.by_digit = elements, 0.0
         exact = _exact_modes(elements, compliance)
         self._set_modes(exact, compliance)
-        self._inverse, sign = [], 1
+        self._inverse, self._forces, sign = list[Array](), list[Array](), 1
         C = np.zeros((self._size, self._size))
         for batch in elements:
             D = _own_blocks(compliance.local(batch.rows, exact), batch.local)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
             inverse = np.asarray(np.linalg.inv(D), dtype=float)
             self._inverse.append(inverse)
-            self._add_modal_forces(batch, batch.local @ inverse, C)
+            self._forces.append(batch.local @ inverse)
+            self._add_modal_forces(batch, self._forces[-1], C)
         C = self._weighted(C)
         C.reshape(-1)[:: len(C) + 1] += 1.0
         self._lu = lu_factor(C, check_finite=False)
@@ -148,92 +147,77 @@ class Preconditioner:
     def _set_modes(self, exact: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
         """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""
         f, n = compliance.factors, compliance.n_rows
-        self._modes: list[_ExactModes] = []
-        self._weights: list[tuple[tuple[slice, ...], ComplexArray]] = []
-        end = 0
-        for order, chosen in enumerate(exact):
-            count, places = int(np.count_nonzero(chosen)), []
-            left, right = (np.ascontiguousarray(shapes[:, chosen]) for shapes in (f.left, f.right[:n]))
+        order, modes = np.nonzero(exact)
+        self._left, self._right = np.ascontiguousarray(f.left[:, modes]), np.ascontiguousarray(f.right[:n, modes])
+        self._weight = f.weight[order, modes].conj()
+        self._first = np.searchsorted(order, np.arange(len(exact) + 1))
+        counts, static = np.diff(self._first), int(self._first[1])
+        self._size = 2 * len(modes) - static
+        self._cosine = np.arange(static, len(modes)) + self._first[order[static:]] - static
+        self._sine = self._cosine + counts[order[static:]]
+
+    def _coefficients(self) -> Iterator[tuple[int, slice, slice]]:
+        """Each coefficient of the motion, the places of its modes among all of ``C``, and among the shapes."""
+        static = self._first[1]
+        for order, (begin, end) in enumerate(pairwise(self._first)):
+            at, shapes = 2 * begin - static if order else 0, slice(begin, end)
             for coefficient in (2 * order - 1, 2 * order) if order else (0,):
-                places.append(slice(end, end + count))
-                self._modes.append(_ExactModes(coefficient, places[-1], left, right))
-                end += count
-            self._weights.append((tuple(places), f.weight[order, chosen].conj()))
-        self._size = end
+                yield coefficient, slice(at, at + end - begin), shapes
+                at += end - begin
 
     def _add_modal_forces(self, elements: Elements, forces: Array, out: Array) -> None:
         """Add the modal forces (q, q) by the motion of the modes, from forces (n, p L, p L) of the elements."""
         n, p, L = elements.shape
         for first in range(0, n, _CHUNK):
             rows, part = elements.rows[first : first + _CHUNK], forces[first : first + _CHUNK]
-            m, here = len(rows), rows >= 0
+            m, here = len(rows), (rows >= 0)[:, :, None]
+            left, right = self._left[rows] * here, (self._right[rows] * here).reshape(m * p, -1)
             columns, answered = part.reshape(m, p * L, p, L), np.empty((m, p * L, self._size))
-            for coefficient, at, left, _ in self._modes:
-                answered[:, :, at] = columns[:, :, :, coefficient] @ (left[rows] * here[:, :, None])
+            for coefficient, at, shapes in self._coefficients():
+                answered[:, :, at] = columns[:, :, :, coefficient] @ left[:, :, shapes]
             by_coefficient = answered.reshape(m, p, L, -1)
-            for coefficient, at, _, right in self._modes:
-                shapes = (right[rows] * here[:, :, None]).reshape(m * p, -1)
-                out[at] += shapes.T @ by_coefficient[:, :, coefficient].reshape(m * p, -1)
-
-    def _along_modes(self, elements: Elements, a: Array) -> Array:
-        """``U a``: motion (n, p L) of the elements along the modes (q,)."""
-        n, p, L = elements.shape
-        out = np.zeros((n, p, L))
-        for coefficient, at, left, _ in self._modes:
-            out[:, :, coefficient] = elements.at_ports((left @ a[at])[:, None])[:, :, 0]
-        return out.reshape(n, -1)
-
-    def _on_modes(self, elements: Elements, motion: Array) -> Array:
-        """``U^T`` times numbers (n, p L) of the elements, (q,)."""
-        X = np.zeros((len(self._modes[0].left) + 1 if self._modes else 1, elements.shape[2]))
-        elements.scatter(motion, X)
-        out = np.empty(self._size)
-        for coefficient, at, left, _ in self._modes:
-            out[at] = X[: len(left), coefficient] @ left
-        return out
+            for coefficient, at, shapes in self._coefficients():
+                out[at] += right[:, shapes].T @ by_coefficient[:, :, coefficient].reshape(m * p, -1)
 
     def _weighted(self, f: Array, *, transposed: bool = False) -> Array:
         """Motion of the modes by modal forces (q, ...), or with the transpose."""
-        out = np.empty_like(f)
-        for places, weight in self._weights:
-            w = weight.reshape(-1, *(1,) * (f.ndim - 1))
-            if len(places) == 1:
-                out[places[0]] = w.real * f[places[0]]
-            else:
-                cosine, sine = places
-                z = (w.conj() if transposed else w) * (f[cosine] + 1j * f[sine])
-                out[cosine], out[sine] = z.real, z.imag
+        out, static = np.empty_like(f), self._first[1]
+        weight = self._weight.reshape(-1, *(1,) * (f.ndim - 1))
+        out[:static] = weight[:static].real * f[:static]
+        dynamic = weight[static:].conj() if transposed else weight[static:]
+        z = dynamic * (f[self._cosine] + 1j * f[self._sine])
+        out[self._cosine], out[self._sine] = z.real, z.imag
         return out
 
+    def _solve_modes(self, f: Array, trans: int) -> Array:
+        if not f.size:
+            return f
+        x: Array = dgetrs(*self._lu, f, trans=trans)[0]
+        return x
+
     def solve(self, X: Array) -> Array:
-        """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row of no meaning."""
-        out, forces, moved = np.zeros_like(X), np.zeros_like(X), []
+        """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row zero, and of no meaning in the result."""
+        out, forces, f = np.zeros_like(X), np.zeros_like(X), np.empty(self._size)
+        for elements, blocks in zip(self._elements, self._forces, strict=True):
+            elements.multiply(blocks, X, forces)
+        _blocks().onto_modes(self._right, self._first, forces, f)
+        rest = X.copy()
+        _blocks().subtract_along_modes(self._left, self._first, self._solve_modes(self._weighted(f), 0), rest)
         for elements, inverse in zip(self._elements, self._inverse, strict=True):
-            moved.append((inverse @ elements.gather(X)[:, :, None])[:, :, 0])
-            elements.scatter((elements.local @ moved[-1][:, :, None])[:, :, 0], forces)
-        f = np.empty(self._size)
-        for coefficient, at, _, right in self._modes:
-            f[at] = forces[:-1, coefficient] @ right
-        a = lu_solve(self._lu, self._weighted(f), check_finite=False)
-        for elements, inverse, y in zip(self._elements, self._inverse, moved, strict=True):
-            along = (inverse @ self._along_modes(elements, a)[:, :, None])[:, :, 0]
-            elements.scatter(y - along, out)
+            elements.multiply(inverse, rest, out)
         return out
 
     def solve_transposed(self, X: Array) -> Array:
-        """``P^-T X = D^-T (X - W^T C^-T U^T D^-T X)``, ``C = I + W D^-1 U``."""
-        out, forces = np.zeros_like(X), np.zeros_like(X)
-        t = np.zeros(self._size)
+        """``P^-T X``, likewise."""
+        out, pulled, f = np.zeros_like(X), np.zeros_like(X), np.empty(self._size)
         for elements, inverse in zip(self._elements, self._inverse, strict=True):
-            along = (inverse.transpose(0, 2, 1) @ elements.gather(X)[:, :, None])[:, :, 0]
-            t += self._on_modes(elements, along)
-        g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
-        for coefficient, at, _, right in self._modes:
-            forces[:-1, coefficient] = right @ g[at]
-        for elements, inverse in zip(self._elements, self._inverse, strict=True):
-            pulled = (elements.local.transpose(0, 2, 1) @ elements.gather(forces)[:, :, None])[:, :, 0]
-            elements.scatter((inverse.transpose(0, 2, 1) @ (elements.gather(X) - pulled)[:, :, None])[:, :, 0], out)
-        return out
+            elements.multiply(inverse, X, out, transposed=True)
+        _blocks().onto_modes(self._left, self._first, out, f)
+        g, forces = self._weighted(self._solve_modes(f, 1), transposed=True), np.zeros_like(X)
+        _blocks().subtract_along_modes(self._right, self._first, g, forces)
+        for elements, blocks in zip(self._elements, self._forces, strict=True):
+            elements.multiply(blocks, forces, pulled, transposed=True)
+        return np.asarray(out + pulled)
 
 
 def _exact_modes(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
@@ -296,10 +280,15 @@ class ContactJacobian(IterativeJacobian):
 
     def _forces(self, x: Array, *, transposed: bool = False) -> Array:
         """``dF/dX x`` on all ports, (n_ports, L), or with the transpose."""
+        return self._forces_and_none(x, transposed)[:-1]
+
+    def _forces_and_none(self, x: Array, transposed: bool = False) -> Array:
+        """The same with a row of zeros at the end."""
         X, out = self._rows(x), self._rows(None)
         for elements in self._elements:
-            elements.scatter(elements.forces(elements.gather(X), transposed=transposed), out)
-        return out[:-1]
+            elements.forces(X, out, transposed=transposed)
+        out[-1] = 0.0
+        return out
 
     def _rows(self, x: Array | None) -> Array:
         """Values of all ports with a row of zeros at the end, (n_ports + 1, L)."""
@@ -321,13 +310,11 @@ class ContactJacobian(IterativeJacobian):
 
     def nearby(self, x: Array) -> Array:
         """``J @ x`` without the coupling of elements by residuals, which decays fast with distance."""
-        F = self._forces(x)
-        out = x.reshape(F.shape) + coefficients(self._compliance.by_modes(_complex(F, self._L))).reshape(F.shape)
-        by_port, own = _complex(np.vstack([F, np.zeros(self._L)]), self._L), self._rows(None)
+        F, out = self._forces_and_none(x), self._rows(x)
+        out[:-1] += coefficients(self._compliance.by_modes(_complex(F[:-1], self._L))).reshape(-1, self._L)
         for elements, residual in zip(self._elements, self._own_residuals, strict=True):
-            moved = np.einsum("nijh,njh->nih", residual, by_port[elements.rows])
-            elements.scatter(coefficients(moved.reshape(-1, moved.shape[2])), own)
-        return np.asarray(out + own[:-1]).ravel()
+            _blocks().add_own(residual, elements.rows, F, out)
+        return out[:-1].ravel()
 
     @cached_property
     def _own_residuals(self) -> list[ComplexArray]:
@@ -338,11 +325,7 @@ class ContactJacobian(IterativeJacobian):
         """``|J| @ |x|``, or more: both coefficients of a harmonic get the sum of their sizes."""
         X, sizes = self._rows(np.abs(x)), self._rows(None)
         for elements in self._elements:
-            moved = (np.abs(elements.tangent) @ elements.gather(X)[:, :, None])[:, :, 0]
-            if elements.fed_back is not None:
-                rows, gain, columns = map(np.abs, elements.fed_back)
-                moved += (gain @ np.einsum("nk,nk->n", rows, elements.gather(X)))[:, None] * columns
-            elements.scatter(moved, sizes)
+            elements.forces(X, sizes, sizes=True)
         G = _complex(sizes[:-1], self._L).real + _complex(sizes[:-1], self._L).imag
         by_order = self._compliance.bound_by_order(G)
         return np.abs(x) + np.hstack([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)]).ravel()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from slipstick.solve.linear import iterative as module
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.iterative import IterativeJacobian, gmres
 from slipstick.solve.linear.jacobian import Jacobian
@@ -195,6 +196,16 @@ def test_what_is_not_near_enough_is_left_for_the_preconditioner(apart):
     right = np.random.default_rng(5).standard_normal((30, 2))
     np.testing.assert_allclose(J.solve(right), np.linalg.solve(A, right), atol=1e-6)
     assert np.isnan(apart) or J.sign() == DenseJacobian(A).sign()
+
+
+def test_the_sign_takes_one_search_more_where_the_approximation_is_not_solved(monkeypatch):
+    """Solutions that are cut short are no linear map: J itself is searched, once."""
+    monkeypatch.setattr(module, "_APPROXIMATE", 0.0)
+    A = np.random.default_rng(4).standard_normal((30, 30))
+    J, searched = Nearby(A), []
+    monkeypatch.setattr(module, "gmres", lambda *of, **how: searched.append(how) or gmres(*of, **how))
+    assert J.sign() == DenseJacobian(A).sign()
+    assert len(searched) == 2
 
 
 def test_a_preconditioner_of_no_use_gives_nan_and_no_wrong_number():

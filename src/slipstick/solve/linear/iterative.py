@@ -201,6 +201,8 @@ class IterativeJacobian(Jacobian):
         if not self.has_nearby:
             return sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
         x, near = self._found_nearby(right, _APPROXIMATE)
+        if near.residual > _APPROXIMATE:  # what is not solved is no linear map, and has no eigenvalues; P may be new
+            return self.preconditioner_sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
         left = np.linalg.norm(right - self._weighed(self.multiply(x)))
         self.products += 1
         if left <= _SIGN_TOLERANCE * np.linalg.norm(right):
