@@ -187,6 +187,9 @@ class Law(ABC):
         Its equations in time if it switches between regimes that are each smooth; ``rate`` is not used then.
     slider_count
         Number of parallel friction contacts that it consists of, as Iwan's joint; ``rate`` is not used then.
+    tabulated
+        Parameters, in order, of a law that computes its forces by the compiled ``respond_on_ports``; a subclass with a
+        ``respond`` of its own has none.
     coulomb
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
