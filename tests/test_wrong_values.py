@@ -299,7 +299,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.ContactPair,
         {
             "name": "a", "contact": CONTACT, "tangential": {"x": 1.0}, "normal": {"x": 1.0}, "ports": None,
-            "rubbing": RUB,
+            "rubbing": RUB, "area": 2.0,
         },
     ),
     "Problem": (

@@ -44,7 +44,8 @@ def problem(orders: range) -> ss.Problem:
     unbalance = [  # phase -90 degrees
         ss.Load(dof="n12x", motion="unbalance", sin=UNBALANCE), ss.Load(dof="n12y", motion="unbalance", cos=-UNBALANCE),
     ]  # fmt: skip
-    return ss.Problem(rotor(), contacts=rub, loads=unbalance, harmonics=orders)
+    of = rotor()
+    return ss.Problem(of, contacts=rub, loads=unbalance, harmonics=orders, outputs=of.dofs)
 
 
 def test_at_their_speed_the_periodic_motion_does_not_touch() -> None:

@@ -50,6 +50,16 @@ def vibrating() -> ss.Branch:
 
 
 @cache
+def preloaded() -> xr.Dataset:
+    """A flange whose bolt is tightened."""
+    structure = ss.MatrixStructure(M=[[2.0]], K=[[0.0]], C=[[5.0]], dofs=["u"])
+    plates = ss.ContactPair(name="plates", contact=ss.FrictionContact(kn=7e8, gap=0.0), normal={"u": -1.0})
+    screw = ss.bolt(name="bolt 1", elongation={"u": 1.0}, stiffness=2e8)
+    problem = ss.Problem(structure, contacts=[plates, screw], harmonics=3)
+    return ss.preload(problem, ss.LoadStep(bolts={"bolt 1": 12e3})).dataset
+
+
+@cache
 def worn() -> ss.Branch:
     """A contact that has worn for some cycles."""
     problem = ss.Problem(
@@ -148,6 +158,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         good |= {"branch": disc_and_wave()[0], "dof": "tip"}
     if name == "haigh":
         good |= {"branch": stressed(12), "endurance": 2.0, "strength": 5.0}
+    if name == "preload":
+        good |= {"loaded": preloaded()}
     if name == "interface":
         good |= {"branch": shaken_joint(), "point": 0, "name": "joint"}
     if name == "wear":

@@ -193,11 +193,11 @@ def test_other_roads_stay_too(monkeypatch: pytest.MonkeyPatch) -> None:
     assert said.startswith("truncation is not known")
     assert len(mode) > 1
     assert np.isfinite(mode.dataset["modal_damping"]).all()
-    monkeypatch.setattr(modes_module.ModeSystem, "evaluate", after(40, modes_module.ModeSystem.evaluate))
+    monkeypatch.setattr(modes_module.ModeSystem, "evaluate", after(5, modes_module.ModeSystem.evaluate))
     with pytest.raises(ZeroDivisionError, match="on purpose"):  # on the way to its first amplitude, where it slips
         ss.nonlinear_modes(problem(), amplitude=(1.0, 2.0))
     monkeypatch.undo()
-    monkeypatch.setattr(modes_module.ModeSystem, "evaluate", after(200, modes_module.ModeSystem.evaluate))
+    monkeypatch.setattr(modes_module.ModeSystem, "evaluate", after(40, modes_module.ModeSystem.evaluate))
     mode, _ = told(lambda: ss.nonlinear_modes(problem(), amplitude=(1.0, 2.0)))
     assert mode.outcome is ss.Outcome.FAILED
     assert "ZeroDivisionError: on purpose" in mode.message

@@ -255,7 +255,7 @@ def test_the_stress_of_rotation_is_not_in_it() -> None:
     turning = ss.at_speed(model, 500.0, axis={"point": (-0.1, 0, 0), "direction": (0, 0, 1)})
     with pytest.warns(ss.SlipstickWarning, match="the stress is that of vibration, from the mesh at rest"):
         body = ss.reduced_body(turning, keep=["n5x"], modes=2, stress="all")
-    assert any("add it to the mean stress" in sentence for sentence in body.warnings)
+    assert any("add the stress of rotation to the mean stress" in sentence for sentence in body.warnings)
 
 
 def test_strain_follows_a_natural_frequency_that_is_changed() -> None:

@@ -59,5 +59,5 @@ def test_the_figure() -> None:
     from slipstick.plots import interference as draw
 
     axes = draw(interference(Ring(), (1.0, 6.0), engine_orders=[2, 3, 10], modes=2))
-    assert "nodal diameter" in axes.get_xlabel()
+    assert "Nodal diameter" in axes.get_xlabel()
     assert len(axes.lines) >= 3

@@ -28,7 +28,7 @@ Strategy = tuple[str, Callable[[], "Array | None"]]
 # Newton's method: cheap attempts first; only when all have failed, the same starts with more iterations.
 _NEWTON = NewtonOptions(max_iterations=40)
 _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
-_GROWTH, _SLOWEST_GROWTH, _LEAST_SHARE = 8.0, 1.05, 1e-5
+_GROWTH, _SLOWEST_GROWTH, _LEAST_SHARE = 8.0, 3.0, 1e-5
 """Of a share of the excitation that grows from rest: largest and least factor, and the least share to begin with."""
 _FROM_NEAR = replace(_QUICK, max_iterations=20, patience=5)
 """From the solution of a similar problem, where a few more iterations are worth while."""
@@ -177,7 +177,7 @@ class FirstPoint:
         self.guess, self.report, self.last_resort = guess, report or (lambda event: None), last_resort
         self.scales: Scales = scales(balance, inputs, omega)
         self._reason: Reason | None = None
-        self._watch, self._name = _Watch(searching), ""
+        self._watch, self._name, self._nested = _Watch(searching), "", False
 
     def find(self) -> Array | None:
         """Unknowns (N,), or None when every strategy failed."""
@@ -211,7 +211,7 @@ class FirstPoint:
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
-        if self.balance.harmonics.size > 1 and np.any(self.inputs.P[:, 0]):
+        if self.balance.harmonics.size > 1 and np.any(self.inputs.P[:, 0]) and not self._nested:
             yield "at rest first", self._from_rest
         for parameter, factor in self._smoother_ones():
             yield "smoother friction first", partial(self._smoother_first, parameter, factor)
@@ -275,7 +275,7 @@ class FirstPoint:
     def _part(self, balance: Balance, inputs: Inputs) -> FirstPoint:
         """A search nested in this one."""
         part = FirstPoint(balance, inputs, self.omega)
-        part._watch, part._name = self._watch, self._name
+        part._watch, part._name, part._nested = self._watch, self._name, True
         return part
 
     def _scale(self, x: Array) -> float:

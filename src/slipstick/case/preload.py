@@ -153,9 +153,11 @@ class LoadSteps:
 
     def computed(self, problem: Problem, joints: Sequence[SurfacePair]) -> Preload | None:
         """The steps computed; None where there are none."""
+        if not self.steps:
+            return None
         from slipstick.analysis.preload.preload import preload
 
-        return preload(problem, self.steps, pairs=joints) if self.steps else None
+        return preload(problem, self.steps, pairs=joints)
 
 
 def _made(call: Call) -> Any:

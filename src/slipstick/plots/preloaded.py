@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.faults import shown, wrong
+from slipstick.faults import shown, text, whole, wrong
 from slipstick.plots.style import COLOURS, label_colour_bar, legend, styled, titled
 from slipstick.results.table import is_dataset
 from slipstick.typing import Array, DrawnAxes
@@ -49,8 +49,10 @@ def preload(loaded: xr.Dataset, step: int = -1, joint: str | None = None, *, ax:
     if not is_dataset(loaded) or not {"normal_resultant", "state"} <= set(loaded.variables):
         raise wrong("loaded", shown(loaded), "the dataset of ss.preload(...)")
     joints = [str(name) for name in loaded["joint"].to_numpy()]
-    if joint is not None and joint not in joints:
+    if joint is not None and text("joint", joint, "the name of a joint") not in joints:
         raise wrong("joint", joint, f"one of {', '.join(joints)}")
+    count = loaded.sizes["step"]
+    step = whole("step", step, -count, count - 1)
     owner = loaded["joint_of"].to_numpy().astype(str)
     placed = np.isfinite(loaded["area"].to_numpy()) if "area" in loaded else np.zeros(len(owner), dtype=bool)
     names, counts = np.unique(owner[placed], return_counts=True)

@@ -128,8 +128,7 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
     if np.any(np.asarray(values.get("stability_method", ())) == ORDER_COUNT):
         yield (
             "stability: the motion is a travelling wave; disturbances that break its symmetry are judged only as far "
-            "as the "
-            "harmonics kept can show them"
+            "as the harmonics kept can show them"
         )
     if "wave_number" in values:
         counts, numbers = np.asarray(values["unstable_multipliers"]), np.asarray(values["wave_number"])

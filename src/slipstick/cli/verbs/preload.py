@@ -26,7 +26,7 @@ def preload(
     force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
 ) -> int:
-    """Compute the load steps of a case, [[bolt]] and [[preload]]: forces, pressures, gaps before the vibration."""
+    """Compute the load steps of a case with bolts and preload: forces, pressures, gaps before the vibration."""
     from slipstick.case.case import Case
 
     read = Case.from_file(case, say)
