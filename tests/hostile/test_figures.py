@@ -159,7 +159,7 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     if name == "haigh":
         good |= {"branch": stressed(12), "endurance": 2.0, "strength": 5.0}
     if name == "preload":
-        good |= {"loaded": preloaded()}
+        good |= {"loaded": preloaded(), "step": -1, "joint": None}
     if name == "interface":
         good |= {"branch": shaken_joint(), "point": 0, "name": "joint"}
     if name == "wear":
