@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -99,8 +100,8 @@ class _Factorised(Jacobian):
         no eigenvalue has changed its sign since the factors were made.
         """
         if self._sign is None and self._near is not None:
-            known, right = self._near, np.random.default_rng(_SEED).standard_normal(self.size)
-            if self._refined(right, _SIGN_ERROR) is not None:
+            known = self._near
+            if self._refined(_every_direction(self.size), _SIGN_ERROR) is not None:
                 self._sign = _sign(*known[:2])
         if self._sign is None:
             self._sign = _sign(*(self._lu or self._factors())[:2])
@@ -111,9 +112,15 @@ class _Factorised(Jacobian):
         return BorderedDense(self, column, row)
 
 
+@lru_cache(maxsize=8)
+def _every_direction(size: int) -> Array:
+    """A random right-hand side, the same each time."""
+    return np.random.default_rng(_SEED).standard_normal(size)
+
+
 def _sizes(x: Array) -> Array:
     """Norms of the columns."""
-    return np.sqrt(np.einsum("n...,n...->...", x, x))
+    return np.sqrt(np.vecdot(x, x, axis=0))
 
 
 def _sign(lu: Array, pivots: NDArray[np.int32]) -> int:
