@@ -187,4 +187,4 @@ def test_every_example_is_in_the_gallery() -> None:
 
 def test_every_figure_is_in_the_gallery() -> None:
     shown = re.findall(r"\(figures/gallery/(\w+)\.png\)", text(DOCS / "gallery.md"))
-    assert sorted(shown) == sorted(set(ss.plots.__all__) - {"abscissa_text", "save_figure", "interface"})
+    assert sorted(shown) == sorted(set(ss.plots.__all__) - {"abscissa_text", "save_figure"})
