@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import runpy
 import tomllib
@@ -94,6 +95,17 @@ def test_every_public_name_is_in_the_reference() -> None:
     for path in LISTED:
         module, _, name = path.rpartition(".")
         assert hasattr(import_module(module), name), path
+
+
+def test_every_page_of_the_reference_has_an_example() -> None:
+    """A piece of code that runs, or the figure that is drawn."""
+    for path in LISTED:
+        module, _, name = path.rpartition(".")
+        thing = getattr(import_module(module), name)
+        own = [member for member in vars(thing) if member[0] != "_"] if inspect.isclass(thing) else []
+        members = [getattr(thing, member) for member in own]
+        drawn = module == "slipstick.plots" and (DOCS / f"figures/gallery/{name}.png").is_file()
+        assert drawn or any(">>>" in (inspect.getdoc(one) or "") for one in (thing, *members)), path
 
 
 def test_members_shown_in_the_reference_are_there() -> None:

@@ -217,7 +217,24 @@ def first_line(error: Exception) -> str:
 
 
 class SlipstickWarning(UserWarning):
-    """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each."""
+    """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=[0, 1])
+    >>> with warnings.catch_warnings(record=True) as heard:
+    ...     warnings.simplefilter("always", ss.SlipstickWarning)
+    ...     branch = ss.steady_response(problem, omega=8.0)
+    >>> [warning.category is ss.SlipstickWarning for warning in heard]
+    [True, True]
+
+    To stop a script at the first of them: ``warnings.simplefilter("error", ss.SlipstickWarning)``.
+    """
 
 
 class Reason(Enum):
@@ -238,7 +255,19 @@ class Reason(Enum):
 
 
 class Outcome(Reason):
-    """How a computation ended; ``text`` says the cause and the remedy."""
+    """How a computation ended; ``text`` says the cause and the remedy.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> branch = ss.forced_response(problem, (4.0, 14.0))
+    >>> branch.outcome.ok, branch.outcome.words, ss.Outcome.POINT_LIMIT.ok
+    (True, 'completed', False)
+    """
 
     COMPLETED = "completed: the whole requested range was followed"
     STEP_TOO_SMALL = (

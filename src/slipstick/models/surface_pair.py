@@ -81,6 +81,22 @@ class SurfacePair(list[ContactPair]):
         Pressures of a file at the contacts; None without one.
     notes, warnings
         What was found of the two surfaces; what is suspicious.
+
+    Examples
+    --------
+    Two blocks with a gap of 1 mm between them.
+
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.mesh import together
+    >>> from slipstick.fem.model import elastic_model
+    >>> low, high = box((1.0, 1.0, 0.2), (2, 2, 1)), box((1.0, 1.0, 0.2), (2, 2, 1), at=(0.0, 0.0, 0.201))
+    >>> steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    >>> model = elastic_model(together({"low": low, "high": high}), steel, ["low.z0", "high.z1"])
+    >>> law = ss.PlanarFrictionContact(kt=1e12, kn=1e12, mu=0.3, gap=0.0)
+    >>> joint = ss.surface_pair(model, "low.z1", "high.z0", contact=law, points=4)
+    >>> len(joint), joint.points.areas.round(9).tolist(), joint.gaps.round(9).tolist()
+    (4, [0.25, 0.25, 0.25, 0.25], [0.001, 0.001, 0.001, 0.001])
     """
 
     def __init__(

@@ -52,6 +52,15 @@ class FreeStructure(Structure):
         Modes with frequencies above 0, and the elastic static compliance.
     rigid_shapes
         Mass-normalised rigid-body modes at the dofs, (n_dofs, n_rigid).
+
+    Examples
+    --------
+    Two masses of 1 on a spring of 3, free to move together.
+
+    >>> import slipstick as ss
+    >>> pair = ss.models.free_structure([[3, -3], [-3, 3]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
+    >>> pair.n_rigid, pair.natural_frequencies.round(4), abs(pair.rigid_shapes[:, 0]).round(4)
+    (1, array([2.4495]), array([0.7071, 0.7071]))
     """
 
     def __init__(self, *, elastic: ModalStructure, rigid_shapes: Reals) -> None:

@@ -171,6 +171,15 @@ class TabulatedStructure(Structure):
     ------
     InputError
         For arrays that do not fit, and where the lowest lines do not tell the static compliance.
+
+    Examples
+    --------
+    >>> from slipstick.structure.tabulated import TabulatedStructure
+    >>> omega = np.linspace(2.0, 50.0, 2000)
+    >>> H = (1.0 / (40.0 + 0.4j * omega - omega**2))[:, None, None]
+    >>> structure = TabulatedStructure(omega=omega, real=H.real, imaginary=H.imag, dofs=["x"], static=[[1.0 / 40.0]])
+    >>> structure.covers, structure.natural_frequencies.round(2), structure.error < 1e-4
+    ((2.0, 50.0), array([6.32]), True)
     """
 
     def __init__(

@@ -88,6 +88,18 @@ class Identification:
         Motions that were solved for.
     starts
         Sum of squares that each start led to, the one of the result first, before numbers were weighted by noise found.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
+    >>> measured = ss.steady_response(problem, omega=[6.0, 8.0, 9.0, 10.0]).dataset
+    >>> fit = ss.identify(problem, measured, {"foot.mu": 0.4})
+    >>> round(fit.values["foot.mu"], 6), fit.converged, fit.indistinct, fit.misfit < 1e-6
+    (0.3, True, (), True)
     """
 
     values: Mapping[str, float]

@@ -58,6 +58,21 @@ class Preload:
         The static loads at the end of the last step, without the factor on all loads of the problem.
     notes
         What holds, and what does not, for the vibration that begins from this state.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> push = ss.LoadStep(name="push", loads=ss.Load(dof="x", harmonic=0, cos=5.0))
+    >>> state = ss.preload(ss.Problem(structure, contacts=foot), push)
+    >>> print(state.table())
+    after push:
+      foot: normal 10, friction 3, open 0 %
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=1.0), preload=state)
+    >>> round(problem.contacts[0].contact.rest, 9)
+    0.02
     """
 
     problem: Problem = field(repr=False)
