@@ -280,7 +280,7 @@ class Outcome(Reason):
     )
     POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
     NO_FIRST_POINT = (
-        "no first point was found by any starting strategy; start at a frequency further from resonance, "
+        "no first point was found by any starting strategy; start further from resonance, "
         "ramp a parameter (normal load, velocity) to its value, or check the units of kt and the normal load"
     )
     SINGULAR = "stopped: the Jacobian became singular; perturb the starting frequency or add a little damping"
@@ -288,14 +288,14 @@ class Outcome(Reason):
         "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
         "resistance, the normal load or the velocity"
     )
-    WORN_OUT = "stopped: a contact is worn as deep as was allowed; every point found is kept"
-    NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and nothing wears on"
+    WORN_OUT = "stopped: a contact reached the largest wear depth allowed; every point found is kept"
+    NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and wear has ended"
     MOTION_LOST = (
         "stopped early: the steady motion ends there, as at a fold of the response curve; what follows is a jump to "
         "another motion: look at the response curve of the worn problem (Branch.problem_at)"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
-    FAILED = "failed: a fault ended it, which its message names; every point found is kept"
+    FAILED = "failed: its message names the fault that ended it; every point found is kept"
     TIME_LIMIT = "stopped at the time limit; every point found is kept"
 
     @property

@@ -543,7 +543,7 @@ def _face_warnings(pairing: Pairing) -> Iterator[str]:
     """Faces that are meshed differently and do not lie on each other."""
     if pairing.between and pairing.distance > ON_FACE * pairing.edge:
         lie = f"the faces lie up to {_distance(pairing)} when turned onto each other"
-        yield f"{lie}: turning as a whole strains the joint"
+        yield f"{lie}: a rigid rotation strains the joint"
 
 
 def _with_loads(found: Retained, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:

@@ -278,7 +278,7 @@ def _rigid_motions(K: Any, M: Any) -> tuple[Array, Any]:
         raise InputError(
             Fault(
                 "K",
-                "holds the body, or lets more than rigid-body motion go freely",
+                "holds the body, or leaves more than rigid-body motion without stiffness",
                 remedy="of a body that is held use ss.reduce; look for mechanisms and parts that are not connected",
             )
         )

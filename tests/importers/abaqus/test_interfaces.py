@@ -81,7 +81,7 @@ def test_a_section_of_a_bolt_is_whole(tmp_path):
     assert 77 not in model.constrained[:, 0]
     (said,) = model.warnings
     assert said.startswith(
-        "m.inp, line 32: *PRE-TENSION SECTION is kept as model.pretension_sections: the bolt is whole"
+        "m.inp, line 32: *PRE-TENSION SECTION is kept as model.pretension_sections: the bolt stays whole"
     )
     plain = read_model(write(tmp_path, CUBE + HELD))
     assert abs(model.K - plain.K).max() == 0.0

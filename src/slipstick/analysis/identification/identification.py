@@ -209,7 +209,7 @@ def result_of(
     elif known and freedom > 0 and too_large(spread**2, freedom):
         deviation = spread
         told.append(
-            f"what is left is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
+            f"the residual is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
         )
     statistics = statistics_of(request.names, end, deviation)
     left_out: list[Without] = []
@@ -321,8 +321,8 @@ def checked_against_residuals(
     if white.significant:
         growth *= white.factor
         told.append(
-            f"what is left is not white: neighbouring points are alike (correlation {white.correlation:.2f}), the "
-            f"model lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
+            f"the residual is not white: neighbouring points are correlated ({white.correlation:.2f}), so the model "
+            f"lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
         )
     unequal = robust(statistics.gain, end.left, J, deviation)
     larger = unequal.significant & (unequal.factor > growth)
@@ -330,7 +330,7 @@ def checked_against_residuals(
         growth[larger] = unequal.factor[larger]
         which = [f"{name} ({factor:.2g} times)" for name, factor in zip(names, growth, strict=True)]
         told.append(
-            "what is left is larger where parameters are determined: standard errors are taken from it (sandwich "
+            "the residual is larger where parameters are determined: standard errors are taken from it (sandwich "
             f"estimate) for {listed([word for word, there in zip(which, larger, strict=True) if there])}"
         )
     errors[free] *= growth

@@ -233,12 +233,12 @@ def _warnings(problem: Problem, steps: Sequence[LoadStep]) -> Iterator[str]:
     if rubbing:
         yield f"load steps leave out the rubbing motion of {some(rubbing, 5)}"
     if problem.thermal is not None or problem.states:
-        yield "load steps leave out heat and wear: contacts have the parameters they are given with"
+        yield "load steps leave out heat and wear: contacts keep the parameters they were given"
 
 
 UNSETTLED = (
-    "the iteration stood still in load steps {}, with a last correction below 1e-6 of the motion: forces are that "
-    "accurate, displacements of what hangs on very soft springs are not; use stiffer springs"
+    "Newton's method stalled in load steps {} with a last correction below 1e-6 of the motion: forces are that "
+    "accurate, but displacements of parts on very soft springs are not; use stiffer springs"
 )
 
 
@@ -248,8 +248,8 @@ def _notes(last: State) -> Iterator[str]:
     yield "the vibration keeps the static loads and the lengths of bolts; normal forces are solved together with it"
     if friction:
         yield (
-            "contacts that stick through the period keep the friction force of the preload as far as friction admits; "
-            "those that slip in it have forgotten it"
+            "contacts that stick all period keep the friction force of the preload, up to the friction limit; "
+            "contacts that slip lose it"
         )
 
 
