@@ -117,7 +117,7 @@ def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
     if worst.kind == "unknown" and highest > worst.last_mode:
         return [
             f"the range goes up to {highest:.5g} {rate}, but the modes of the structure end at "
-            f"{worst.last_mode:.5g} {rate}, and the error of the modes left out is unknown: "
+            f"{worst.last_mode:.5g} {rate}; the error of the modes left out is unknown: "
             "give static_compliance, or more modes"
         ]
     limit = WARNED_REDUCTION if worst.kind == "estimate" else REFUSED

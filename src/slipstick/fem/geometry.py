@@ -16,7 +16,7 @@ _LONE = {
     "hex20r": (
         2,
         "neighbours along one direction at most: with 2 x 2 x 2 points such rows have hourglass modes of little or no "
-        "stiffness, and natural frequencies may be 80 % too low; put two elements across, or use full "
+        "stiffness; natural frequencies may be 80 % too low; put two elements across, or use full "
         "integration (C3D20; KEYOPT(2) = 1)",
     ),
     "hex8r": (

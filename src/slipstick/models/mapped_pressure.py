@@ -429,7 +429,7 @@ def _near(
     share = pressing[~near].sum() / pressing.sum()
     what = f"{(~near).sum()} of {len(near)} rows of {file.name} lie more than {within:.3g} from the surfaces: left out"
     if share > 0.01:
-        doubts.append(f"{what}, with {100 * share:.3g} % of the force")
+        doubts.append(f"{what}, with {100 * share:.3g} % of the load")
     else:
         found.append(what)
     return table.among(near)

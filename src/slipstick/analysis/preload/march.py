@@ -286,7 +286,7 @@ class March:
         why = "" if result.reason is None else f" ({result.reason.text})"
         about = f"; changing there: {some(changed, _LINES)}" if changed else ""
         what = (
-            f"no equilibrium beyond {100.0 * part:.4g} % of it{why}, with {opened} of {total} contacts open and "
+            f"no equilibrium beyond {100.0 * part:.4g} % of the step{why}, with {opened} of {total} contacts open and "
             f"{sliding} slipping{about}"
         )
         remedy = (
