@@ -36,7 +36,7 @@ nitpicky = True
 # no links are made to names of other projects, type aliases, and classes that a documented one only builds on
 HIDDEN = (
     "Array|Listener|Event|Reason|SlipstickError|StepOptions|NewtonOptions|FrictionLaw|StateModel|ContactState"
-    "|SectorShape|ResultTable|ContactChange|NodalEquation|ContactPoints"
+    "|SectorShape|ResultTable|ContactChange|NodalEquation|ContactPoints|Joint"
 )
 ALIASES = rf"slipstick\..*\.({HIDDEN})"
 nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", ALIASES)]

@@ -277,7 +277,9 @@ def contact_forces(
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
     if contact.rest is not None:
         remedy = "ask the law: contact.respond(motion, values), or leave rest out"
-        raise InputError(Fault("contact", "has rest, which the forces of single elements do not know", remedy=remedy))
+        raise InputError(
+            Fault("contact", "has rest, which the forces of a single element do not take into account", remedy=remedy)
+        )
     rubbing = _AT_REST if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)

@@ -417,7 +417,7 @@ def _near(
         span, own = (float(np.ptp(part, axis=0).max()) for part in (points.positions, table.places))
         ratio = span / own if own > 0.0 else 1.0
         like = next((units for scale, units in _SCALES.items() if abs(ratio / scale - 1.0) < 0.3), None)
-        what = f"its points lie at least {away.min():.3g} from the surfaces, more than {within:.3g}"
+        what = f"lies at least {away.min():.3g} from the surfaces, more than {within:.3g}"
         hint = (
             f"; they span {own:.3g}, the contact points {span:.3g}: are they in {like[0]}, not {like[1]}?"
             if like
@@ -512,7 +512,7 @@ def _balanced(
     changed = float(np.linalg.norm(have - wanted)) / scale
     pressed = forces > 0.0
     if not pressed.any() or factor[pressed].min() < 0.0:
-        what = f"no pressures at the contact points keep its resultant force and moment: they differ by {changed:.2g}"
+        what = f"has a force and moment that no pressures at the contact points keep: they differ by {changed:.2g}"
         raise InputError(Fault(str(file), what, remedy="give more points, or a table that lies on this pair alone"))
     kept = f"force and moment of {file.name} are kept: interpolated they differed by {100 * changed:.2g} %"
     if left > _LEFT:
