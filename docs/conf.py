@@ -151,7 +151,7 @@ def named_apart(lines: list[str]) -> list[str]:
 
 
 def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Links to THEORY.md, and names of attributes apart; napoleon takes no "type: text" from a property's first line."""
+    """Links to THEORY.md, a name for each attribute, and "type: text" that napoleon does not read in a property."""
     lines[:] = [re.sub(CITED, r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in named_apart(lines)]
     if what in ("property", "attribute"):
         lines[:0] = ["..", ""]
