@@ -262,6 +262,7 @@ def contact_forces(
     --------
     Full slip: the friction force is ``mu N`` in the direction of the rubbing motion.
 
+    >>> import numpy as np
     >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
     >>> h = Harmonics(range(4))
     >>> rub = RubbingMotion(velocity=9.0)

@@ -195,6 +195,7 @@ class Law(ABC):
     --------
     A spring to ground, of stiffness k.
 
+    >>> import numpy as np
     >>> import slipstick as ss
     >>> from slipstick.contact.law import Law, Response
     >>> class Spring(Law):

@@ -230,6 +230,7 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> import tempfile, slipstick as ss
     >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)

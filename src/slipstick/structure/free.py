@@ -57,6 +57,7 @@ class FreeStructure(Structure):
     --------
     Two masses of 1 on a spring of 3, free to move together.
 
+    >>> import numpy as np
     >>> import slipstick as ss
     >>> pair = ss.models.free_structure([[3, -3], [-3, 3]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
     >>> pair.n_rigid, pair.natural_frequencies.round(4), abs(pair.rigid_shapes[:, 0]).round(4)
@@ -193,6 +194,7 @@ def free_structure(
     --------
     Two masses on a spring: in balance, a force between them stretches it by 1 / k.
 
+    >>> import numpy as np
     >>> pair = free_structure([[3.0, -3.0], [-3.0, 3.0]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
     >>> pair.natural_frequencies.round(6), pair.project([[1.0], [-1.0]], [[1.0], [-1.0]]).static.round(9)
     (array([2.44949]), array([[0.33333333]]))

@@ -69,6 +69,7 @@ class ModalFit:
 
     Examples
     --------
+    >>> import numpy as np
     >>> import xarray, slipstick as ss
     >>> omega = np.linspace(2.0, 15.0, 400)
     >>> receptance = 1.0 / (40.0 + 0.4j * omega - omega**2)

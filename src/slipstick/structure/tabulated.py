@@ -174,6 +174,7 @@ class TabulatedStructure(Structure):
 
     Examples
     --------
+    >>> import numpy as np
     >>> from slipstick.structure.tabulated import TabulatedStructure
     >>> omega = np.linspace(2.0, 50.0, 2000)
     >>> H = (1.0 / (40.0 + 0.4j * omega - omega**2))[:, None, None]
