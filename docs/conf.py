@@ -36,7 +36,7 @@ nitpicky = True
 # no links are made to names of other projects, type aliases, and classes that a documented one only builds on
 HIDDEN = (
     "Array|Listener|Event|Reason|SlipstickError|StepOptions|NewtonOptions|FrictionLaw|StateModel|ContactState"
-    "|SectorShape|ResultTable|ContactChange|NodalEquation|ContactPoints"
+    "|SectorShape|ResultTable|ContactChange|NodalEquation|ContactPoints|Joint"
 )
 ALIASES = rf"slipstick\..*\.({HIDDEN})"
 nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", ALIASES)]
@@ -131,9 +131,28 @@ def for_the_site(app: Any, page: str, source: list[str]) -> None:
         source[0] = navigation(source[0])
 
 
+def named_apart(lines: list[str]) -> list[str]:
+    """Attributes that share a description, each with its own: Sphinx has one name for each field.
+
+    >>> named_apart(["Attributes", "----------", "low, high", "    Its ends.", "", "Examples"])
+    ['Attributes', '----------', 'low', '    Its ends.', 'high', '    Its ends.', '', 'Examples']
+    """
+    out, at = [], lines.index("Attributes") + 2 if "Attributes" in lines else len(lines)
+    out += lines[:at]
+    while at < len(lines):
+        end = at + 1
+        while end < len(lines) and lines[end].startswith(" "):
+            end += 1
+        shared = re.fullmatch(r"\w+(, \w+)+", lines[at])
+        for name in lines[at].split(", ") if shared else [lines[at]]:
+            out += [name, *lines[at + 1 : end]]
+        at = end
+    return out
+
+
 def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """What a docstring cites of THEORY.md leads there; napoleon takes no "type: text" from a property's first line."""
-    lines[:] = [re.sub(CITED, r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in lines]
+    """Links to THEORY.md, a name for each attribute, and "type: text" that napoleon does not read in a property."""
+    lines[:] = [re.sub(CITED, r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in named_apart(lines)]
     if what in ("property", "attribute"):
         lines[:0] = ["..", ""]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import runpy
 import tomllib
@@ -96,6 +97,22 @@ def test_every_public_name_is_in_the_reference() -> None:
         assert hasattr(import_module(module), name), path
 
 
+def test_every_page_of_the_reference_has_an_example() -> None:
+    """A piece of code that runs and imports what it uses, or the figure that is drawn."""
+    for path in LISTED:
+        module, _, name = path.rpartition(".")
+        thing = getattr(import_module(module), name)
+        own = [member for member in vars(thing) if member[0] != "_"] if inspect.isclass(thing) else []
+        members = [getattr(thing, member) for member in own]
+        drawn = module == "slipstick.plots" and (DOCS / f"figures/gallery/{name}.png").is_file()
+        examples = [example for one in (thing, *members) if ">>>" in (example := inspect.getdoc(one) or "")]
+        assert drawn or examples, path
+        for example in examples:
+            code = "\n".join(re.findall(r"^(?:>>>|\.\.\.) ?(.*)", example, flags=re.MULTILINE))
+            for short, whole in (("np", "numpy as np"), ("ss", "slipstick as ss"), ("Path", "import Path")):
+                assert whole in code or not re.search(rf"\b{short}[.(]", code), f"{path}: {whole}"
+
+
 def test_members_shown_in_the_reference_are_there() -> None:
     shown = runpy.run_path(str(DOCS / "conf.py"))["SHOWN"]
     for path, members in shown.items():
@@ -187,4 +204,4 @@ def test_every_example_is_in_the_gallery() -> None:
 
 def test_every_figure_is_in_the_gallery() -> None:
     shown = re.findall(r"\(figures/gallery/(\w+)\.png\)", text(DOCS / "gallery.md"))
-    assert sorted(shown) == sorted(set(ss.plots.__all__) - {"abscissa_text", "save_figure", "interface"})
+    assert sorted(shown) == sorted(set(ss.plots.__all__) - {"abscissa_text", "save_figure"})

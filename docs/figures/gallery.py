@@ -202,10 +202,8 @@ def of_machines() -> Iterator[Drawing]:
 
 
 def of_joints() -> Iterator[Drawing]:
-    """Two plates that one load presses together off their middle."""
-    from slipstick.fem.box import box
+    """Two plates that one load presses together off their middle, at rest and shaken."""
     from slipstick.fem.mesh import together
-    from slipstick.fem.model import elastic_model
 
     lower = box((0.06, 0.04, 0.006), (12, 8, 2), "hex8")
     upper = box((0.06, 0.04, 0.006), (9, 6, 2), "hex8", at=(0.0, 0.0, 0.006))
@@ -220,6 +218,16 @@ def of_joints() -> Iterator[Drawing]:
     push = [ss.Load(dof=f"{pushed}{axis}", harmonic=0, cos=force) for axis, force in (("x", 2e3), ("z", -8e3))]
     state = ss.preload(problem, ss.LoadStep(name="push", loads=push), pairs=joint)
     yield "preload", lambda: ss.plots.preload(state.dataset)
+    shaken = ss.Problem(
+        body.structure,
+        contacts=joint,
+        loads=ss.Load(dof=f"{pushed}x", cos=500.0),
+        preload=state,
+        harmonics=range(12),
+        units={"length": "m", "force": "N", "time": "s"},
+    )
+    branch = ss.steady_response(shaken, omega=6000.0)
+    yield "interface", lambda: ss.plots.interface(branch, 0)[0]
 
 
 def of_stress() -> Iterator[Drawing]:

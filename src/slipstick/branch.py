@@ -415,6 +415,18 @@ class BranchPlots:
     """Figures of one branch, as ``branch.plot.response("x")``; each returns its Axes.
 
     Options are those of ``slipstick.plots``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> branch = ss.forced_response(problem, (4.0, 14.0))
+    >>> axes = branch.plot.response("x")
+    >>> axes.get_xlabel(), len(axes.lines[0].get_xdata()) == len(branch)
+    ('Fundamental frequency [rad/s]', True)
     """
 
     def __init__(self, branch: Branch) -> None:

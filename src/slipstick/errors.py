@@ -217,7 +217,24 @@ def first_line(error: Exception) -> str:
 
 
 class SlipstickWarning(UserWarning):
-    """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each."""
+    """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=[0, 1])
+    >>> with warnings.catch_warnings(record=True) as heard:
+    ...     warnings.simplefilter("always", ss.SlipstickWarning)
+    ...     branch = ss.steady_response(problem, omega=8.0)
+    >>> [warning.category is ss.SlipstickWarning for warning in heard]
+    [True, True]
+
+    To stop a script at the first of them: ``warnings.simplefilter("error", ss.SlipstickWarning)``.
+    """
 
 
 class Reason(Enum):
@@ -238,7 +255,19 @@ class Reason(Enum):
 
 
 class Outcome(Reason):
-    """How a computation ended; ``text`` says the cause and the remedy."""
+    """How a computation ended; ``text`` says the cause and the remedy.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> branch = ss.forced_response(problem, (4.0, 14.0))
+    >>> branch.outcome.ok, branch.outcome.words, ss.Outcome.POINT_LIMIT.ok
+    (True, 'completed', False)
+    """
 
     COMPLETED = "completed: the whole requested range was followed"
     STEP_TOO_SMALL = (
@@ -251,7 +280,7 @@ class Outcome(Reason):
     )
     POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
     NO_FIRST_POINT = (
-        "no first point was found by any starting strategy; start at a frequency further from resonance, "
+        "no first point was found by any starting strategy; start further from resonance, "
         "ramp a parameter (normal load, velocity) to its value, or check the units of kt and the normal load"
     )
     SINGULAR = "stopped: the Jacobian became singular; perturb the starting frequency or add a little damping"
@@ -259,14 +288,14 @@ class Outcome(Reason):
         "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
         "resistance, the normal load or the velocity"
     )
-    WORN_OUT = "stopped: a contact is worn as deep as was allowed; every point found is kept"
-    NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and nothing wears on"
+    WORN_OUT = "stopped: a contact reached the largest wear depth allowed; every point found is kept"
+    NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and wear has ended"
     MOTION_LOST = (
         "stopped early: the steady motion ends there, as at a fold of the response curve; what follows is a jump to "
         "another motion: look at the response curve of the worn problem (Branch.problem_at)"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
-    FAILED = "failed: a fault ended it, which its message names; every point found is kept"
+    FAILED = "failed: its message names the fault that ended it; every point found is kept"
     TIME_LIMIT = "stopped at the time limit; every point found is kept"
 
     @property

@@ -125,7 +125,7 @@ def test_a_factor_survives_the_file(tmp_path) -> None:  # type: ignore[no-untype
         ("load.x.amplitud", "did you mean 'load.x.amplitude'"),
         ("amplitude", "did you mean 'load.x.amplitude'"),
         ("los_factor", "did you mean 'loss_factor'"),
-        ("omega", "the frequency is what a response goes over"),
+        ("omega", "a response follows the frequency"),
     ],
 )
 def test_an_unknown_name_is_answered_by_what_was_meant(name: str, words: str) -> None:

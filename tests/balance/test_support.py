@@ -149,7 +149,7 @@ def test_what_nothing_holds_is_refused() -> None:
     )
     with pytest.raises(ss.InputError, match=HOLDS):
         ss.forced_response(problem(between), omega=(1.0, 3.0))
-    with pytest.raises(ss.InputError, match="what friction alone holds"):
+    with pytest.raises(ss.InputError, match="where friction alone holds it"):
         ss.steady_response(problem(stuck(), ss.Load(dof="b", harmonic=0, cos=5.0)), omega=3.0)
     with pytest.raises(ss.InputError, match=r"not held.*ss\.models\.free_structure"):
         pair(C=None).by_modes()

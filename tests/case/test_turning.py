@@ -111,11 +111,11 @@ def test_a_rotor(old: str, new: str, said: str) -> None:
         ('["a", "c"]', '["a", "d"]', "[structure] keep: there is no dof 'd' in the model; its names look like 'a', "
          "'b', 'c'"),
         ("modes = 2\n", "", "[structure] modes is missing; give a whole number >= 1, how many elastic modes to keep"),
-        ("{ a = 1.0, c = -1.0 }", '"a"', "[[contact]] 'clamp': its mean force pushes the structure away, which is not "
-         "held; hold the structure, or give the contact between two of its dofs on one line"),
+        ("{ a = 1.0, c = -1.0 }", '"a"', "[[contact]] 'clamp': its mean force pushes the structure away, and nothing "
+         "holds it; hold the structure, or give the contact between two of its dofs on one line"),
         ("30.0, -30.0, 0.0], [-30", "33.0, -30.0, 0.0], [-30",
-         "[structure] stiffness: holds the body, or lets more than rigid-body motion go freely; of a body that is held "
-         "use ss.reduce; look for mechanisms and parts that are not connected"),
+         "[structure] stiffness: holds the body, or leaves more than rigid-body motion without stiffness; of a "
+         "body that is held use ss.reduce; look for mechanisms and parts that are not connected"),
     ],
 )  # fmt: skip
 def test_a_free_body(old: str, new: str, said: str) -> None:

@@ -236,7 +236,7 @@ def test_velocities_that_jump_are_said_to_be_unknown() -> None:
     branch = quiet(lambda: ss.forced_response(problem, omega=(1.2, 1.21), stability=True))
     assert "stability is not known" in branch.table.attrs["warnings"]
     assert set(branch.dataset.stable.values.tolist()) == {-1}
-    with pytest.raises(ss.InputError, match="answers a force at once"):
+    with pytest.raises(ss.InputError, match="act on a static residual"):
         ss.transient(problem, 1.2)
 
 

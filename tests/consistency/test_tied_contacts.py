@@ -49,5 +49,5 @@ def test_contacts_beside_a_glued_joint_see_one_body(tmp_path, omega):
 def test_heat_does_not_cross_a_glued_joint_in_silence(tmp_path):
     """Conduction is that of the mesh, which the joint does not connect."""
     tied = read_model(write(tmp_path, STEEL + "*CONDUCTIVITY\n25.\n" + GLUED + TIE))
-    with raises_fault("films", says="heat is not led through that here"):
+    with raises_fault("films", says="heat is not conducted through those here"):
         reduced_body(tied, surface="SBZ1", contacts=2, films={"SBZ1": 10.0}, modes=5)

@@ -32,10 +32,10 @@ EALL, S2
             "*CONTACT PAIR, INTERACTION=Wet\nLow, Front\n",
             "m.inp: contact pair LOW/FRONT has a coefficient of friction of 35: is it in percent?",
         ),
-        ("*CONTACT PAIR\nLow\n", "m.inp: contact pair LOW/LOW touches itself, which no joint does"),
+        ("*CONTACT PAIR\nLow\n", "m.inp: contact pair LOW/LOW is in contact with itself, which no joint can be"),
         (
             "*CONTACT PAIR\nLow, Front\nFront, Low\n",
-            "m.inp: contact pair FRONT/LOW is LOW/FRONT the other way round: put contacts on one of them",
+            "m.inp: contact pair FRONT/LOW is LOW/FRONT with its sides exchanged: put contacts on one of the two",
         ),
         (
             "*CONTACT PAIR, INTERACTION=Dry\nLow, Front\n*CONTACT PAIR\nLow, Front\n",
@@ -43,7 +43,7 @@ EALL, S2
         ),
         (
             "*PRE-TENSION SECTION, SURFACE=Low, NODE=77\n*PRE-TENSION SECTION, SURFACE=Front, NODE=77\n",
-            "m.inp: pretension section FRONT has the node 77, which the section LOW has",
+            "m.inp: pretension section FRONT shares the node 77 with the section LOW",
         ),
         (
             "*SURFACE, NAME=Same\nEALL, S1\n*PRE-TENSION SECTION, SURFACE=Low, NODE=77\n"

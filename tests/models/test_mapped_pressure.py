@@ -249,8 +249,8 @@ def test_units_of_a_column(tmp_path):
         ("id,CPRESS\n1,2.0\n", {}, "does not say where its pressures are; its columns are id, CPRESS"),
         ("Node,CPRESS\n9001,2.0\n9002,1.0\n", {}, "names nodes (9001, 9002, ...) of which neither surface has any"),
         ("Element,CPRESS\n9001,2.0\n", {}, "names elements (9001, ...) that have no face on either surface"),
-        ("x,y,z,p\n0.5,0.5,9.0,1.0\n", {}, "its places lie 8.8 from the surfaces at least, more than 0.208"),
-        ("x,y,z,p\n0.5,0.5,0.2,-1.0\n", {}, "has no pressure above 0: they go from -1 to -1"),
+        ("x,y,z,p\n0.5,0.5,9.0,1.0\n", {}, "lies at least 8.8 from the surfaces, more than 0.208"),
+        ("x,y,z,p\n0.5,0.5,0.2,-1.0\n", {}, "has no pressure above 0: its pressures go from -1 to -1"),
         ("x,y,z,p\n0.5,0.5,0.2,\n", {}, "has no pressure that is a finite number"),
         ("x,y,z,p,area\n0.5,0.5,0.2,1.0,-1.0\n", {}, "has areas below 0"),
         ("x,y,z,p,area\n0.5,0.5,0.2,1.0,0.0\n", {}, "has no area above 0"),
@@ -264,7 +264,7 @@ def test_units_of_a_column(tmp_path):
         (
             "x,y,z,p,area\n0.01,0.01,0.2,9.0,1.0\n0.9,0.9,0.2,1.0,0.01\n0.1,0.9,0.2,1.0,0.01\n0.9,0.1,0.2,1.0,0.01\n",
             {"points": 4},
-            "no pressure at the contact points has its resultant",
+            "has a force and moment that no pressures",
         ),
     ],
 )

@@ -320,7 +320,7 @@ def test_faces_meshed_differently_that_lie_apart_are_told_or_refused() -> None:
     with pytest.warns(SlipstickWarning, match=r"the faces lie up to 0.006, .* of an edge, apart when turned onto each"):
         told = ss.reduced_sector(two_blocks(off=0.006), **asked)
     assert told.distance == pytest.approx(0.006)
-    assert any("turning as a whole strains the joint" in sentence for sentence in told.warnings)
+    assert any("a rigid rotation strains the joint" in sentence for sentence in told.warnings)
     with pytest.raises(InputError, match="from the nearest node of low"):
         ss.reduced_sector(two_blocks(off=0.1), **asked)
     with pytest.raises(InputError, match="high: found"):

@@ -70,10 +70,10 @@ def test_gaps_of_the_geometry_and_surfaces_that_are_made_to_touch():
     apart = leaves(gap=2e-4)
     joint = pair(apart, contact=LAW.changed(gap=1e-4))
     np.testing.assert_allclose([one.contact.gap for one in joint], 3e-4, rtol=1e-9)
-    assert "gaps up to 0.0002 count" in joint.notes[1]
+    assert "gaps up to 0.0002 are kept" in joint.notes[1]
     closed = pair(apart, gap="touching")
     assert {one.contact.gap for one in closed} == {0.0}
-    assert "gaps up to 0.0002 are set to zero; friction forces leave a moment" in closed.notes[1]
+    assert "gaps up to 0.0002 are set to zero; the friction forces of the two sides act" in closed.notes[1]
     with pytest.warns(ss.SlipstickWarning, match=r"overlap by up to 0\.0001, which presses"):
         pressed = pair(leaves(gap=-1e-4))
     np.testing.assert_allclose([one.contact.gap for one in pressed], -1e-4, rtol=1e-9)
@@ -201,7 +201,7 @@ def test_the_curve_is_that_of_contacts_to_ground_as_points_and_meshes_are_refine
         (
             ("lower.z0", "upper.z1"),
             {"within": 1e-3},
-            "'lower.z0' and surface 'upper.z1' overlap by 0.008 at least and 0.008 at most, more than 0.001",
+            "'lower.z0' and surface 'upper.z1' overlap by 0.008 to 0.008, more than 0.001",
         ),
         (("lower.z1", "upper.z0"), {"contact": ss.models.DahlContact(kt=1.0, limit=1.0)}, "contact: found"),
         (
@@ -226,7 +226,7 @@ def test_surfaces_and_laws_that_make_no_pair(model, names, options, said):
 
 def test_surfaces_that_are_apart_or_held():
     apart = leaves(gap=0.05)
-    with pytest.raises(InputError, match=r"are apart by 0\.05 at least and 0\.05 at most, more than 0\.0191"):
+    with pytest.raises(InputError, match=r"are apart by 0\.05 to 0\.05, more than 0\.0191"):
         pair(apart)
     assert len(pair(apart, within=0.06, points=10)) == 10
     held = leaves().fix("lower.z1").fix("upper.z0")
@@ -241,7 +241,7 @@ def test_surfaces_that_meet_in_part_are_reported():
     moved[upper, :2] += [0.03, 0.01]
     there = elastic_model(replace(mesh, nodes=moved), STEEL, ["lower.x0", "upper.x1"])
     with pytest.warns(
-        ss.SlipstickWarning, match=r"62\.5 % of surface 'lower.z1' and 62\.5 % of surface 'upper.z0' face noth"
+        ss.SlipstickWarning, match=r"62\.5 % of surface 'lower.z1' and 62\.5 % of surface 'upper.z0' have noth"
     ):
         joint = pair(there)
     assert joint.points.areas.sum() == pytest.approx(0.375 * AREA, rel=1e-12)

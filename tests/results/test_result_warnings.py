@@ -68,9 +68,9 @@ def test_requested_values_that_are_passed_over_are_named():
     }  # fmt: skip
     assert result_warnings("omega", values, [], requested=[1.0, 2.0, 6.0, 9.5]) == []
     (said,) = result_warnings("omega", values, [], requested=[8.5, 2.0, 3.0, 3.75, 6.0])
-    assert said.startswith("at 3, 3.75, 8.5 rad/s a point was requested, but ")
+    assert said.startswith("a point was requested at 3, 3.75, 8.5 rad/s, but ")
     (said,) = result_warnings("p", {"parameter": values["omega"], **values}, [], requested=[3.0])
-    assert said.startswith("at 3 (p) a point was requested")
+    assert said.startswith("a point was requested at 3 (p)")
     found = {"parameter": np.linspace(0.0, 9.0, len(values["omega"])), **values}  # a parameter that is found over omega
     assert result_warnings("omega", found, [], requested=[1.0, 2.0, 6.0, 9.5]) == []
     assert result_warnings("omega", found, [], requested=[3.0]) == result_warnings("omega", values, [], requested=[3.0])

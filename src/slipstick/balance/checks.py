@@ -94,7 +94,7 @@ def _balance_faults(problem: Problem, structure: Structure) -> Iterator[Fault]:
         for directions in pair.given.values():
             if any(cosines and pushes(cosines) for cosines in directions):
                 yield Fault(
-                    ("contact", pair.name), "its mean force pushes the structure away, which is not held",
+                    ("contact", pair.name), "its mean force pushes the structure away, and nothing holds it",
                     remedy="hold the structure, or give the contact between two of its dofs on one line",
                 )  # fmt: skip
                 break

@@ -57,7 +57,7 @@ def stiffness_sentence(problem: Problem) -> str | None:
     unit = problem.units.after("force/length")
     hard = f"a contact is hard from kn = {1.0 / (HARD * left_out.min()):.2g}{unit} on, where that is {HARD:g}"
     if shares.max() <= HARD:
-        return f"{told}: hard beside the body; more kn changes little but the harmonics it needs"
+        return f"{told}: much stiffer than the body; a larger kn changes little, but needs more harmonics"
     if shares.max() <= SOFT:
         return f"{told}; {hard}"
     return f"{told}: how far the bodies approach depends on kn; {hard}"

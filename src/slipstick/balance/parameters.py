@@ -102,7 +102,7 @@ _OTHER_WORDS = {
 def _meant(problem: Parts, name: str) -> str:
     """What an unknown name was meant to be: by its owner, by its last part, as a whole; else what there is."""
     if name in ("omega", "frequency"):
-        return "the frequency is what a response goes over where no parameter is given"
+        return "a response follows the frequency where no parameter is given"
     known = [*known_parameters(problem)]
     owner, _, quantity = name.rpartition(".")
     quantity = _OTHER_WORDS.get(quantity, quantity)

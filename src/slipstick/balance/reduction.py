@@ -116,8 +116,8 @@ def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
     highest, rate = max(omega) * max(excited_orders(problem), default=1), problem.units.angular
     if worst.kind == "unknown" and highest > worst.last_mode:
         return [
-            f"the range goes up to {highest:.5g} {rate}, beyond the modes of the structure, which end at "
-            f"{worst.last_mode:.5g} {rate}, and the error of what was left out is unknown: "
+            f"the range goes up to {highest:.5g} {rate}, but the modes of the structure end at "
+            f"{worst.last_mode:.5g} {rate}; the error of the modes left out is unknown: "
             "give static_compliance, or more modes"
         ]
     limit = WARNED_REDUCTION if worst.kind == "estimate" else REFUSED

@@ -103,11 +103,11 @@ class NoStart(Reason):
     """Why a strategy could not begin."""
 
     RAMP = "no solution where the ramp begins"
-    AT_REST = "no equilibrium at rest"
-    FROM_REST = "the motion was lost while the excitation grew from nothing"
+    AT_REST = "no equilibrium was found under the static loads alone"
+    FROM_REST = "the motion was lost while the excitation grew from a small share"
     FEWER_HARMONICS = "no solution with fewer harmonics"
     SMOOTHER = "no solution with smoother friction"
-    LESS_SMOOTH = "the motion with smoother friction was lost on the way to this one"
+    LESS_SMOOTH = "the motion was lost while friction was made less smooth"
     NEAR_FIELD = "no solution with the near field of the residuals"
 
 

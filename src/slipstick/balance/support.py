@@ -74,8 +74,8 @@ def support_of(problem: Problem) -> Support | None:
         raise InputError(
             Fault(
                 "loads",
-                "those of harmonic 0 push the structure along what friction alone holds, where its mean "
-                "position is not determined",
+                "those of harmonic 0 push the structure where friction alone holds it, and its mean "
+                "position there is not determined",
                 remedy="hold the structure there, or leave the mean of the loads out",
             )
         )
@@ -146,8 +146,7 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
     if nnls(columns, wanted)[1] > _NNLS_RESIDUAL * np.linalg.norm(wanted):
         yield (
             "only contacts hold the structure, and they can only push: without a static load (harmonic 0) that "
-            "presses it "
-            "on them it leaves; give that load, such as its weight"
+            "presses it onto them it comes off; give that load, such as its weight"
         )
 
 

@@ -224,6 +224,21 @@ class Case:
     """A checked case: the objects it describes and what is to be followed.
 
     Raises nothing itself; :meth:`from_file` and :meth:`from_text` raise InputError with all faults at once.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> text = '''
+    ... format = 1
+    ... harmonics = "0..5"
+    ... structure = { kind = "matrices", dofs = ["x"], mass = [[1.0]], damping = [[0.4]], stiffness = [[40.0]] }
+    ... load = [{ dof = "x", sin = 5.0 }]
+    ... contact = [{ name = "foot", tangential = "x", kt = 100.0, mu = 0.3, normal_load = 10.0 }]
+    ... response = { from = 4.0, to = 14.0 }
+    ... '''
+    >>> branch = ss.Case.from_text(text).run()
+    >>> [(round(omega, 3), round(amplitude, 3)) for omega, amplitude in branch.peaks("x")]
+    [(6.467, 0.533)]
     """
 
     path: Path
@@ -506,6 +521,8 @@ def load_case(path: str | Path) -> Problem:
 
     Examples
     --------
+    With a case file of yours:
+
     >>> import slipstick as ss
     >>> problem = ss.load_case("blade.toml")  # doctest: +SKIP
     >>> branch = ss.forced_response(problem, omega=("200 Hz", "260 Hz"))  # doctest: +SKIP

@@ -40,6 +40,17 @@ class ContactForces:
 
     ``Fx, Fy`` (..., L) act ON the left-hand side of the structure's equations: they resist the relative motion.
     Derivatives are at fixed other arguments; ``dFx_dU`` equals ``dFx_dX`` because only ``X + U`` enters.
+
+    Examples
+    --------
+    Stuck all period, the contact is the spring kt.
+
+    >>> import slipstick as ss
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, normal_load=800.0)
+    >>> h = ss.Harmonics([0, 1])
+    >>> forces = ss.contact_forces(law, h, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], omega=2.0)
+    >>> forces.Fx.round(9).tolist(), float(forces.dFx_dX[2, 2].round(9)), float(forces.stick_fraction)
+    ([0.0, 0.0, 100.0], 100.0, 1.0)
     """
 
     Fx: Array = _vector(0, "Tangential force coefficients (..., L), force [THEORY.md (4.1)].")

@@ -262,6 +262,7 @@ def contact_forces(
     --------
     Full slip: the friction force is ``mu N`` in the direction of the rubbing motion.
 
+    >>> import numpy as np
     >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
     >>> h = Harmonics(range(4))
     >>> rub = RubbingMotion(velocity=9.0)
@@ -277,7 +278,9 @@ def contact_forces(
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
     if contact.rest is not None:
         remedy = "ask the law: contact.respond(motion, values), or leave rest out"
-        raise InputError(Fault("contact", "has rest, which the forces of single elements do not know", remedy=remedy))
+        raise InputError(
+            Fault("contact", "has rest, which the forces of a single element do not take into account", remedy=remedy)
+        )
     rubbing = _AT_REST if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)

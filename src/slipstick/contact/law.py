@@ -193,6 +193,31 @@ class Law(ABC):
     coulomb
         Whether it is dry friction with the limit ``mu N`` at any velocity: between surfaces that do not move on their
         own it takes energy out, and under a constant normal load mu and the load are one parameter.
+
+    Examples
+    --------
+    A spring to ground, of stiffness k.
+
+    >>> import numpy as np
+    >>> import slipstick as ss
+    >>> from slipstick.contact.law import Law, Response
+    >>> class Spring(Law):
+    ...     ports, units = ("x",), {"k": "force/length"}
+    ...     def __init__(self, k):
+    ...         self.values = {"k": k}
+    ...     def changed(self, **values):
+    ...         return Spring(**{**self.values, **values})
+    ...     def respond(self, motion, values):
+    ...         (x,), k = motion.Q, values["k"][:, None]
+    ...         return Response(
+    ...             force=(k * x,), by_motion={(0, 0): k[:, :, None] * np.eye(x.shape[1])},
+    ...             by_parameter=lambda name: {0: x}, values=values, work=np.zeros(len(x)),
+    ...         )
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> spring = ss.ContactPair(name="spring", contact=Spring(60.0), ports={"x": "x"})
+    >>> problem = ss.Problem(structure, contacts=spring, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1])
+    >>> ss.steady_response(problem, omega=5.0).dataset.amplitude.values.round(6)
+    array([[0.013329]])
     """
 
     _scaled: ClassVar[bool] = False

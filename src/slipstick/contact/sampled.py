@@ -65,6 +65,7 @@ class SampledLaw(Law):
     --------
     A cubic spring:
 
+    >>> import numpy as np
     >>> spring = SampledLaw(force=lambda x, velocity, k3: k3 * x**3, parameters={"k3": 0.5}, ports=("x",))
     >>> motion = Motion(Harmonics([0, 1]), 1.0, (np.array([[0.0, 2.0, 0.0]]),), np.zeros((1, 1)))
     >>> float(spring.respond(motion, {"k3": np.array([0.5])}).force[0][0, 1].round(12))     # 3/4 k3 a^3 cos

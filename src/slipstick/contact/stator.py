@@ -115,6 +115,7 @@ class StatorContact(Law):
 
     Examples
     --------
+    >>> import numpy as np
     >>> from slipstick.trig.harmonics import Harmonics
     >>> law = StatorContact(kn=2.0, gap=1.0)
     >>> circle = np.array([[0.0, 1.5, 0.0]]), np.array([[0.0, 0.0, 1.5]]), np.zeros((1, 3))

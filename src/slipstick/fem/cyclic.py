@@ -62,6 +62,13 @@ class CyclicSymmetry:
     alone
         The model of the sector without anything on its faces, where the model that says this has joined them for equal
         motion of all sectors; None where they are free in it.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> symmetry = ss.models.bladed_sector("coarse").symmetry
+    >>> symmetry.sectors, symmetry.low, symmetry.high, symmetry.axis.direction.tolist()
+    (24, 'low', 'high', [0.0, 0.0, 1.0])
     """
 
     sectors: int

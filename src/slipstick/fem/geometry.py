@@ -15,8 +15,8 @@ from slipstick.typing import Array, BoolArray, IntArray
 _LONE = {
     "hex20r": (
         2,
-        "neighbours along one direction at most: 2 x 2 x 2 points leave such rows motions with little or no stiffness "
-        "(hourglass modes), and natural frequencies may be 80 % too low; put two elements across, or use full "
+        "neighbours along one direction at most: with 2 x 2 x 2 points such rows have hourglass modes of little or no "
+        "stiffness; natural frequencies may be 80 % too low; put two elements across, or use full "
         "integration (C3D20; KEYOPT(2) = 1)",
     ),
     "hex8r": (

@@ -86,6 +86,7 @@ class FiniteElementModel:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from scipy.sparse import csr_array
     >>> eye = csr_array(np.eye(2))
     >>> model = FiniteElementModel(K=eye, M=eye, dof_nodes=np.array([7, 7]), dof_components=np.array([0, 1]))

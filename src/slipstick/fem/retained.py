@@ -251,7 +251,7 @@ def _influence(
 ) -> Array:
     mesh = model.in_mesh("heat of contacts")
     if model.dependence is not None or np.any(model.free < 0):
-        reason = "some nodes depend on others (glued parts, rigid bodies), and heat is not led through that here"
+        reason = "some nodes depend on others (glued parts, rigid bodies), and heat is not conducted through those here"
         remedy = "mesh the body in one piece, or give the resistance of the contacts"
         raise InputError(Fault("films", reason, remedy=remedy))
     if model.conduction is None or not model.conduction.diagonal().max() > 0.0:

@@ -85,6 +85,8 @@ def import_model(
 
     Examples
     --------
+    With a mesh of yours that has the node set ROOT and the surface TIP:
+
     >>> import slipstick as ss
     >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
     >>> model = ss.import_model("blade.inp", material=steel, fixed="ROOT", units="N, m, kg, s")  # doctest: +SKIP

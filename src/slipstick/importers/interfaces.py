@@ -19,7 +19,7 @@ APART = (
     "is kept as model.contact_pairs: nothing joins its surfaces until contacts are put there ([[joint]] of a case, "
     "ss.surface_pair)"
 )
-WHOLE = "is kept as model.pretension_sections: the bolt is whole there, its load and shortening have no effect"
+WHOLE = "is kept as model.pretension_sections: the bolt stays whole there, and its load and shortening have no effect"
 
 
 def corners_of(mesh: Mesh, chosen: dict[str, IntArray]) -> list[IntArray]:
@@ -80,11 +80,11 @@ def pair_warnings(deck: Deck, mesh: Mesh) -> Iterator[str]:
         if pair.mu is not None and pair.mu > _RATHER_PERCENT:
             yield str(Fault(where, f"has a coefficient of friction of {pair.mu:g}: is it in percent?"))
         if pair.dependent == pair.independent:
-            yield str(Fault(where, "touches itself, which no joint does: name its two sides"))
+            yield str(Fault(where, "is in contact with itself, which no joint can be: name its two sides"))
             continue
         back = f"{pair.independent}/{pair.dependent}"
         if list(deck.contact_pairs).index(name) > [*deck.contact_pairs, back].index(back):
-            yield str(Fault(where, f"is {back} the other way round: put contacts on one of them"))
+            yield str(Fault(where, f"is {back} with its sides exchanged: put contacts on one of the two"))
             continue
         yield from _far_apart(mesh, pair.dependent, pair.independent, where)
 
@@ -124,7 +124,7 @@ def section_warnings(deck: Deck, mesh: Mesh) -> Iterator[str]:
     for one, other in combinations(sections, 2):
         node = sections[other].node
         if node and sections[one].node == node:
-            what = f"has the node {node}, which the section {one} has: give each section a node of its own"
+            what = f"shares the node {node} with the section {one}: give each section a node of its own"
             yield str(Fault(_section(deck, other), what))
         shared = _keys(mesh, one) & _keys(mesh, other)
         if shared:

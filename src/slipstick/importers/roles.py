@@ -65,6 +65,18 @@ class ImportOptions:
     ------
     InputError
         For values of the wrong kind, all of them.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> from slipstick.importers.roles import ImportOptions
+    >>> options = ImportOptions(units="N, mm, t, s", to="SI", fixed=["ROOT"])
+    >>> options.fixed, options.to
+    (('ROOT',), 'SI')
+
+    With a file of yours:
+
+    >>> ss.import_model("blade.inp", options=options)  # doctest: +SKIP
     """
 
     mass: Path | None = None

@@ -67,8 +67,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
         whole, heaps = _looked_through(stream)
         if not whole:
             raise InputError(
-                f"{path}: damaged since it was written: its bytes are not those of its check sum; take it from a copy, "
-                "or compute it again"
+                f"{path}: damaged since it was written: its check sum does not match; take a copy, or compute it again"
             )
         for at in heaps:
             _require_sound_heap(data, at)

@@ -213,10 +213,18 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
 
     Examples
     --------
+    >>> import tempfile
+    >>> from pathlib import Path
     >>> import slipstick as ss
-    >>> branch = ss.load("results/results.nc")  # doctest: +SKIP
-    >>> branch.peaks("x")  # doctest: +SKIP
-    >>> branch.plot.response("x")  # doctest: +SKIP
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     saved = ss.forced_response(problem, (4.0, 14.0)).save(Path(folder) / "results.nc")
+    ...     branch = ss.load(saved)
+    >>> [(round(omega, 3), round(amplitude, 3)) for omega, amplitude in branch.peaks("x")]
+    [(6.467, 0.533)]
     """
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch

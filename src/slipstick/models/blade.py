@@ -159,6 +159,13 @@ def reduced_blade(
     ------
     InputError
         For an unknown size, dimensions that make no blade, too many contacts.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> blade = ss.reduced_blade("small", contacts=1, modes=2)
+    >>> blade.n_dofs, blade.structure.dofs, round(float(blade.structure.omega[0]), 1)
+    (5235, ('c1x', 'c1y', 'c1z'), 1328.8)
     """
     setup = BladeModel(
         shape=blade_shape(shape) if isinstance(shape, str) else shape,

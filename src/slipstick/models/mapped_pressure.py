@@ -140,7 +140,7 @@ def mapped_pressure(
     away = _distances(table.places, points.positions) > np.maximum(_FAR * spacing, np.sqrt(points.areas))
     if away.any():
         share = points.areas[away].sum() / points.areas.sum()
-        doubts.append(f"{100 * share:.3g} % of the area lies away from the places of {file.name}: no pressure there")
+        doubts.append(f"{100 * share:.3g} % of the area lies too far from the points of {file.name}: no pressure there")
         pressures = np.where(away, 0.0, pressures)
     if table.areas is None:
         found.append(f"{file.name} has no area: force and moment are those of the interpolated pressures")
@@ -149,8 +149,8 @@ def mapped_pressure(
     force, moment = _resultant(points.positions, points.normals, points.areas * pressures, _middle(points))
     error = _error(points, pressures, table)
     found.append(
-        f"pressures of {file.name}: {len(table.places)} places, force {np.linalg.norm(force):.6g}, up to "
-        f"{pressures.max():.4g}; put back at the places of the file they differ by {100 * error:.2g} % (rms)"
+        f"pressures of {file.name}: {len(table.places)} points, force {np.linalg.norm(force):.6g}, up to "
+        f"{pressures.max():.4g}; interpolated back to the points of the file they differ by {100 * error:.2g} % (rms)"
     )
     if error > _LARGE:
         doubts.append(f"pressures of {file.name} differ by {100 * error:.2g} % (rms) from the file: give more points")
@@ -183,8 +183,9 @@ def _read(
         table = table.among(known)
     pulling = table.pressures < 0.0
     if pulling.all() or table.pressures.max() <= 0.0:
-        what = f"has no pressure above 0: they go from {table.pressures.min():.4g} to {table.pressures.max():.4g}"
-        raise InputError(Fault(str(file), what, remedy="pressures that press are > 0: change the sign"))
+        least, most = table.pressures.min(), table.pressures.max()
+        what = f"has no pressure above 0: its pressures go from {least:.4g} to {most:.4g}"
+        raise InputError(Fault(str(file), what, remedy="compression is > 0: change the sign"))
     if pulling.any():
         low = f"down to {table.pressures.min():.4g}"
         doubts.append(f"{pulling.sum()} pressures of {file.name} are below 0, {low}: they count as 0")
@@ -416,19 +417,19 @@ def _near(
         span, own = (float(np.ptp(part, axis=0).max()) for part in (points.positions, table.places))
         ratio = span / own if own > 0.0 else 1.0
         like = next((units for scale, units in _SCALES.items() if abs(ratio / scale - 1.0) < 0.3), None)
-        what = f"its places lie {away.min():.3g} from the surfaces at least, more than {within:.3g}"
+        what = f"lies at least {away.min():.3g} from the surfaces, more than {within:.3g}"
         hint = (
             f"; they span {own:.3g}, the contact points {span:.3g}: are they in {like[0]}, not {like[1]}?"
             if like
             else ""
         )
-        remedy = "give places in the system and the units of the model, or a larger within"
+        remedy = "give points in the coordinates and units of the model, or a larger within"
         raise InputError(Fault(str(file), what + hint, remedy=remedy))
     pressing = table.pressures * (1.0 if table.areas is None else table.areas)
     share = pressing[~near].sum() / pressing.sum()
     what = f"{(~near).sum()} of {len(near)} rows of {file.name} lie more than {within:.3g} from the surfaces: left out"
     if share > 0.01:
-        doubts.append(f"{what}, with {100 * share:.3g} % of what presses")
+        doubts.append(f"{what}, with {100 * share:.3g} % of the load")
     else:
         found.append(what)
     return table.among(near)
@@ -511,14 +512,14 @@ def _balanced(
     changed = float(np.linalg.norm(have - wanted)) / scale
     pressed = forces > 0.0
     if not pressed.any() or factor[pressed].min() < 0.0:
-        what = f"no pressure at the contact points has its resultant force and moment: theirs differ by {changed:.2g}"
+        what = f"has a force and moment that no pressures at the contact points keep: they differ by {changed:.2g}"
         raise InputError(Fault(str(file), what, remedy="give more points, or a table that lies on this pair alone"))
     kept = f"force and moment of {file.name} are kept: interpolated they differed by {100 * changed:.2g} %"
     if left > _LEFT:
         what = f"{100 * left:.2g} % of force and moment of {file.name} are not kept"
-        doubts.append(f"{what}: the contact points are few, or look another way than its places")
+        doubts.append(f"{what}: the contact points are too few, or their normals differ from those of the file")
     else:
-        found.append(kept + (f", {100 * left:.2g} % still do" if left > _KEPT else ""))
+        found.append(kept + (f", {100 * left:.2g} % still differ" if left > _KEPT else ""))
     return np.asarray(pressures * factor)
 
 

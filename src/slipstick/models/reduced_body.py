@@ -60,6 +60,17 @@ class ReducedBody(ReducedModel):
         Of the imported model: what was left out; what is approximated or suspicious.
     full
         Gives the full model, for comparison; that of a stored reduction may have to be made again.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.model import elastic_model
+    >>> steel = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+    >>> beam = elastic_model(box((0.1, 0.02, 0.01), (4, 1, 1), "hex20"), steel, ["x0"])
+    >>> body = ss.reduced_body(beam, surface="z1", contacts=2, modes=6)
+    >>> body.n_dofs, body.points.areas.round(6), body.modes_below(5e4)
+    (144, array([0.001, 0.001]), 4)
     """
 
     structure: ModalStructure

@@ -97,6 +97,13 @@ class ReducedSector(ReducedModel):
         The largest distance of two paired nodes of the faces, or of a node from the other face.
     source, notes, warnings
         Of the imported model, with what was done here.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> sector = ss.reduced_sector(ss.models.bladed_sector("coarse"), surface="tip", contacts=2, modes=6)
+    >>> sector.sectors, sector.points.dofs, len(sector.natural_frequencies(3))
+    (24, ('c1x', 'c1y', 'c1z', 'c2x', 'c2y', 'c2z'), 6)
     """
 
     structure: SectorModes
@@ -536,7 +543,7 @@ def _face_warnings(pairing: Pairing) -> Iterator[str]:
     """Faces that are meshed differently and do not lie on each other."""
     if pairing.between and pairing.distance > ON_FACE * pairing.edge:
         lie = f"the faces lie up to {_distance(pairing)} when turned onto each other"
-        yield f"{lie}: turning as a whole strains the joint"
+        yield f"{lie}: a rigid rotation strains the joint"
 
 
 def _with_loads(found: Retained, pressure: Mapping[str, str]) -> tuple[csc_array, tuple[str, ...]]:

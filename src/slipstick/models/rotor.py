@@ -160,7 +160,14 @@ class Disc:
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing:
-    """Between a ``node`` (from 0) and ground: ``kxx x + kxy y + cxx x' + cxy y'`` along x, alike along y."""
+    """Between a ``node`` (from 0) and ground: ``kxx x + kxy y + cxx x' + cxy y'`` along x, alike along y.
+
+    Examples
+    --------
+    >>> stiffness, damping = Bearing(node=0, kxx=2e6, kyy=1e6, cxx=50.0).matrices()
+    >>> stiffness.tolist(), damping.tolist()
+    ([[2000000.0, 0.0], [0.0, 1000000.0]], [[50.0, 0.0], [0.0, 50.0]])
+    """
 
     node: int
     kxx: float

@@ -81,6 +81,22 @@ class SurfacePair(list[ContactPair]):
         Pressures of a file at the contacts; None without one.
     notes, warnings
         What was found of the two surfaces; what is suspicious.
+
+    Examples
+    --------
+    Two blocks with a gap of 1 mm between them.
+
+    >>> import slipstick as ss
+    >>> from slipstick.fem.box import box
+    >>> from slipstick.fem.mesh import together
+    >>> from slipstick.fem.model import elastic_model
+    >>> low, high = box((1.0, 1.0, 0.2), (2, 2, 1)), box((1.0, 1.0, 0.2), (2, 2, 1), at=(0.0, 0.0, 0.201))
+    >>> steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    >>> model = elastic_model(together({"low": low, "high": high}), steel, ["low.z0", "high.z1"])
+    >>> law = ss.PlanarFrictionContact(kt=1e12, kn=1e12, mu=0.3, gap=0.0)
+    >>> joint = ss.surface_pair(model, "low.z1", "high.z0", contact=law, points=4)
+    >>> len(joint), joint.points.areas.round(9).tolist(), joint.gaps.round(9).tolist()
+    (4, [0.25, 0.25, 0.25, 0.25], [0.001, 0.001, 0.001, 0.001])
     """
 
     def __init__(
@@ -149,8 +165,8 @@ def surface_pair(
         In names of parameters it stands for all of the contacts: "NAME.mu".
     points
         How many patches of points stand for all of them, each with its area, its centroid and the mean of its motion
-        and gap; None: every point of integration. A few dozen do in most joints; ``softer`` of the result estimates
-        what they lose.
+        and gap; None: every point of integration. A few dozen are enough for most joints; ``softer`` of the result
+        estimates what they lose.
     gap
         "geometry": as meshed, an overlap presses; "touching": zero everywhere, as ``ADJUST`` of Abaqus makes it.
     method
@@ -326,12 +342,12 @@ def _faced(ends: _Ends, method: str, found: _Found) -> Facing:
     if max(shares) < 1.0 - _UNMATCHED:
         found.warnings.append(
             f"{100.0 * (1.0 - shares[0]):.3g} % of {ends.called[0]} and {100.0 * (1.0 - shares[1]):.3g} % of "
-            f"{ends.called[1]} face nothing of the other within {ends.within:.3g}, and carry no contact"
+            f"{ends.called[1]} have nothing of the other within {ends.within:.3g}, and carry no contact"
         )
     if max(shares) > 1.0 + _TWICE:
         which = int(np.argmax(shares))
         much = f"{100.0 * (shares[which] - 1.0):.3g} % of {ends.called[which]}"
-        found.warnings.append(f"{much} faces two places of the other and counts twice")
+        found.warnings.append(f"{much} faces the other surface in two places and counts twice")
     return replace(facing, gaps=np.where(np.abs(facing.gaps) <= _ROUNDING * ends.size, 0.0, facing.gaps))
 
 
@@ -354,8 +370,8 @@ def _gaps_reported(gaps: Array, wanted: str, ends: _Ends, found: _Found) -> None
         found.notes.append("the surfaces touch")
         return
     parts = [f"gaps up to {high:.3g}"] * (high > 0.0) + [f"overlaps up to {-low:.3g}"] * (low < 0.0)
-    done = {TOUCHING: "are set to zero", PRESSED: "count where nothing presses"}.get(wanted, "count")
-    arm = f"friction forces leave a moment with an arm of up to {max(high, -low):.3g}"
+    done = {TOUCHING: "are set to zero", PRESSED: "are kept where the pressure is 0"}.get(wanted, "are kept")
+    arm = f"the friction forces of the two sides act up to {max(high, -low):.3g} apart, which leaves a moment"
     found.notes.append(f"{' and '.join(parts)} {done}; {arm}")
     if wanted == GEOMETRY and low < 0.0:
         found.warnings.append(
@@ -383,7 +399,7 @@ def _patches(
             found.warnings.append(f"{few} for both surfaces: {lost}; give more points")
     if fewer.points.count > MOST_CONTACTS:
         number = f"{fewer.points.count} points, and each keeps three dofs"
-        remedy = "a few dozen patches do in most joints: give points=50"
+        remedy = "a few dozen patches are enough for most joints: give points=50"
         raise InputError(Fault("points", found=number, expected=f"at most {MOST_CONTACTS}", remedy=remedy))
     return fewer, softer
 
@@ -440,7 +456,7 @@ def _apart(ends: _Ends) -> Fault:
     ahead = np.einsum("na,na->n", places - feet.places, feet.normals)
     if nearest > ends.within:
         how = "overlap" if ahead[int(feet.distances.argmin())] < -0.9 * nearest else "are apart"
-        what = f"{ends.both} {how} by {nearest:.3g} at least and {farthest:.3g} at most, more than {ends.within:.3g}"
+        what = f"{ends.both} {how} by {nearest:.3g} to {farthest:.3g}, more than {ends.within:.3g}"
         what += other_units(*ends.spans)
         return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
     looks = [_mean_normal(ends.mesh, surface) for surface in ends.surfaces]
@@ -448,7 +464,7 @@ def _apart(ends: _Ends) -> Fault:
     angle = ""
     if min(sizes) > 0.0:
         degrees = np.degrees(np.arccos(np.clip(looks[0] @ looks[1] / (sizes[0] * sizes[1]), -1.0, 1.0)))
-        angle = f": their outward normals are {degrees:.0f} degrees apart on average, and 180 where they face"
+        angle = f": their outward normals are {degrees:.0f} degrees apart on average, not near 180"
     what = f"{ends.both} lie {nearest:.3g} to {farthest:.3g} apart, but do not face each other{angle}"
     return Fault("second", what, remedy="give the two sides that touch")
 

@@ -54,6 +54,7 @@ def interface(branch: Solutions, point: int, name: str | None = None) -> tuple[A
     rows = 2 if wide >= tall else 1
     columns = -(-len(shares) // rows)
     figure = new_figure(min(4.6 * columns, 12.0), float(np.clip(4.0 * tall / wide, 1.6, 5.0)) * rows + 0.8)
+    figure.set_layout_engine("compressed")  # axes of equal scale leave room that colour bars would stand in
     axes = figure.subplots(rows, columns, squeeze=False)
     size = _LARGEST * joint.areas / joint.areas.max()
     for ax, (key, values) in zip(axes.flat, shares.items(), strict=False):

@@ -195,6 +195,17 @@ def abscissa_text(dataset: xarray.Dataset, point: int, frequency: str | None = N
     ------
     InputError
         For an unknown unit, and for any unit where a parameter is followed.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> branch = ss.steady_response(problem, omega=[7.0, 8.0])
+    >>> ss.plots.abscissa_text(branch.dataset, 1), ss.plots.abscissa_text(branch.dataset, 1, "Hz")
+    ('8 rad/s', '1.2732 Hz')
     """
     return abscissa(dataset, frequency).text(dataset, point)
 

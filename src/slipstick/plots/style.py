@@ -227,6 +227,20 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     ------
     InputError
         For an ending that matplotlib does not write.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import tempfile, slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> branch = ss.forced_response(problem, (4.0, 14.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = ss.plots.save_figure(branch.plot.response("x"), Path(folder) / "tip", formats=["png"])
+    >>> [file.name for file in written]
+    ['tip.png']
     """
     figure = ax.get_figure(root=True)
     assert figure is not None

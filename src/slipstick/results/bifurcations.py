@@ -51,6 +51,21 @@ class Bifurcation:
         Numbers of growing disturbances at the nearest points on both sides, -1 where unknown.
     grazing
         Whether contacts change the order of their states close to the point: the change of motion can then be sudden.
+
+    Examples
+    --------
+    Both folds of a spring that stiffens; between them the motion is unstable.
+
+    >>> import slipstick as ss
+    >>> cubic = ss.SampledLaw(force=lambda x, velocity, k3: k3 * x**3, parameters={"k3": 1.0})
+    >>> duffing = ss.Problem(
+    ...     ss.MatrixStructure(M=[[1.0]], C=[[0.02]], K=[[1.0]], dofs=["x"]),
+    ...     contacts=ss.ContactPair(name="spring", contact=cubic, ports={"x": "x"}),
+    ...     loads=ss.Load(dof="x", sin=0.02), harmonics=range(6),
+    ... )
+    >>> branch = ss.forced_response(duffing, (0.7, 1.6), stability=True)
+    >>> [(point.kind, round(point.omega, 4), point.before, point.after) for point in branch.bifurcations()]
+    [('fold', 1.2265, 0, 1), ('fold', 1.0601, 1, 0)]
     """
 
     kind: str

@@ -68,8 +68,8 @@ def _passed_over(
     ]
     if missed:
         yield (
-            f"at {_listed(missed, followed, unit)} a point was requested, but where the branch passes no solution was "
-            "found: try a smaller max_step"
+            f"a point was requested at {_listed(missed, followed, unit)}, but no solution was found on the "
+            "branch there: try a smaller max_step"
         )
 
 

@@ -68,6 +68,8 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
 
     Examples
     --------
+    With the folder of an interrupted run:
+
     >>> import slipstick as ss
     >>> branch = ss.resume("blade-results")  # doctest: +SKIP
     >>> branch.outcome, len(branch)  # doctest: +SKIP

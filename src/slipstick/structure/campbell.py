@@ -86,6 +86,7 @@ def campbell(
 
     Examples
     --------
+    >>> import numpy as np
     >>> turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     >>> top = MatrixStructure(M=np.eye(2), K=4.0 * np.eye(2), gyroscopic=turn, speed=0.0, dofs=["x", "y"])
     >>> found = campbell(top, [0.0, 1.0, 3.0])                              # w^2 -+ W w - 4 = 0

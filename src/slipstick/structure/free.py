@@ -52,6 +52,16 @@ class FreeStructure(Structure):
         Modes with frequencies above 0, and the elastic static compliance.
     rigid_shapes
         Mass-normalised rigid-body modes at the dofs, (n_dofs, n_rigid).
+
+    Examples
+    --------
+    Two masses of 1 on a spring of 3, free to move together.
+
+    >>> import numpy as np
+    >>> import slipstick as ss
+    >>> pair = ss.models.free_structure([[3, -3], [-3, 3]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
+    >>> pair.n_rigid, pair.natural_frequencies.round(4), abs(pair.rigid_shapes[:, 0]).round(4)
+    (1, array([2.4495]), array([0.7071, 0.7071]))
     """
 
     def __init__(self, *, elastic: ModalStructure, rigid_shapes: Reals) -> None:
@@ -184,6 +194,7 @@ def free_structure(
     --------
     Two masses on a spring: in balance, a force between them stretches it by 1 / k.
 
+    >>> import numpy as np
     >>> pair = free_structure([[3.0, -3.0], [-3.0, 3.0]], np.eye(2), dofs=["a", "b"], keep=["a", "b"], modes=1)
     >>> pair.natural_frequencies.round(6), pair.project([[1.0], [-1.0]], [[1.0], [-1.0]]).static.round(9)
     (array([2.44949]), array([[0.33333333]]))
@@ -269,7 +280,7 @@ def _rigid_motions(K: Any, M: Any) -> tuple[Array, Any]:
         raise InputError(
             Fault(
                 "K",
-                "holds the body, or lets more than rigid-body motion go freely",
+                "holds the body, or leaves more than rigid-body motion without stiffness",
                 remedy="of a body that is held use ss.reduce; look for mechanisms and parts that are not connected",
             )
         )

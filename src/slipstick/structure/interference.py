@@ -74,6 +74,16 @@ def interference(
     ------
     InputError
         For something that is no disc, speeds out of order, engine orders below 1.
+
+    Examples
+    --------
+    Four blades: engine orders 3 and 1 both excite one nodal diameter, the first one backwards.
+
+    >>> import slipstick as ss
+    >>> disc = ss.CyclicStructure(M=([[1.0]], [[0.0]]), K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=4)
+    >>> diagram = ss.models.interference(disc, (0.1, 2.0), engine_orders=(1, 2, 3), modes=1)
+    >>> diagram.crossing_speed.values.round(4), diagram.crossing_order.values, diagram.crossing_wave.values
+    (array([0.5774, 1.118 , 1.7321]), array([3, 2, 1]), array([-1,  0,  1]))
     """
     import xarray as xr
 

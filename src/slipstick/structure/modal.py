@@ -582,8 +582,8 @@ def residual_faults(name: str, residual: Array, whole: Array) -> list[Fault]:
     return [
         Fault(
             name,
-            f"what it leaves to the modes not given has a negative eigenvalue ({lowest:.2g} of the whole), but modes "
-            "only add compliance",
+            f"the compliance left to the modes not given has a negative eigenvalue ({lowest:.2g} of the whole), but "
+            "modes only add compliance",
             remedy="check the order of dofs and modes, and that all arrays belong together",
         )
     ]

@@ -104,6 +104,15 @@ class Receptance(ABC):
         Whether it is a sum over real modes, which ``factors`` gives.
     waves
         Disturbances with a phase from sector to sector, of a travelling wave; None: it is no wave.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> receptance = structure.project([[1.0]], [[1.0]])
+    >>> at_6, slope = receptance.at([1], 6.0)
+    >>> receptance.static, at_6.round(6), slope.round(6)
+    (array([[0.025]]), array([[[0.183824-0.110294j]]]), array([[[0.243296-0.495242j]]]))
     """
 
     static: Array

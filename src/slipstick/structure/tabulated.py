@@ -171,6 +171,16 @@ class TabulatedStructure(Structure):
     ------
     InputError
         For arrays that do not fit, and where the lowest lines do not tell the static compliance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from slipstick.structure.tabulated import TabulatedStructure
+    >>> omega = np.linspace(2.0, 50.0, 2000)
+    >>> H = (1.0 / (40.0 + 0.4j * omega - omega**2))[:, None, None]
+    >>> structure = TabulatedStructure(omega=omega, real=H.real, imaginary=H.imag, dofs=["x"], static=[[1.0 / 40.0]])
+    >>> structure.covers, structure.natural_frequencies.round(2), structure.error < 1e-4
+    ((2.0, 50.0), array([6.32]), True)
     """
 
     def __init__(
@@ -279,8 +289,8 @@ class TabulatedStructure(Structure):
         if off.worst > _COARSE:
             name = f"'{self.dofs[off.pair[0]]}' by a force on '{self.dofs[off.pair[1]]}'"
             yield (
-                f"the table is coarse or noisy: without every second line {name} is off by up to {100 * off.worst:.2g} "
-                f"% at {off.omega:.6g} rad/s ({100 * off.mean:.2g} % in the mean)"
+                f"the table is coarse or noisy: interpolated from every second line {name} is off by up to "
+                f"{100 * off.worst:.2g} % at {off.omega:.6g} rad/s ({100 * off.mean:.2g} % in the mean)"
             )
         if self.static_error > _DOUBTFUL:
             yield (
@@ -302,7 +312,7 @@ class TabulatedStructure(Structure):
         )
         lines = [
             f"{self.omega.size} lines, {low:.6g} to {high:.6g} rad/s, {len(self.dofs)} points{taken}",
-            f"without every second line off by {100 * self.error:.2g} %, at worst {100 * self.worst:.2g} %",
+            f"interpolated from every second line off by {100 * self.error:.2g} %, at worst {100 * self.worst:.2g} %",
             f"static compliance {static}",
         ]
         return "\n".join([*lines, *self.warnings])
@@ -358,7 +368,8 @@ class TabulatedStructure(Structure):
         if off > _UNKNOWN:
             raise InputError(
                 Fault(
-                    "static", f"the lines above {self.omega[0]:.6g} rad/s do not tell it ({100 * off:.0f} % uncertain)",
+                    "static",
+                    f"the lines above {self.omega[0]:.6g} rad/s do not determine it ({100 * off:.0f} % uncertain)",
                     expected="the compliance at rest, (n_dofs, n_dofs), which harmonic 0 needs",
                     remedy="give it; zeros do where no contact or load acts in the mean",
                 )

@@ -16,10 +16,7 @@ KEYS = ("from", "to", "count", "spacing")
 """Of a range."""
 SPACINGS = ("linear", "log")
 _VALUES = "a list of numbers such as [0, 1, 10], or a range such as { from = 1, to = 100, count = 5 }"
-_BOX = (
-    "the two ends of a range such as [0.1, 0.4], or { from = 0.1, to = 0.4 }, to be sampled, or a distribution of "
-    "scipy.stats"
-)
+_BOX = "the ends of a range to sample, [0.1, 0.4] or { from = 0.1, to = 0.4 }, or a distribution of scipy.stats"
 
 
 def parameter_values(where: Where, value: object) -> Array:

@@ -198,8 +198,8 @@ def _place(self: Any, function: Callable[..., Any]) -> None:
 @cache
 def _warn() -> None:
     warnings.warn(
-        f"numba {numba.__version__} has changed how it keeps compiled functions: the contact kernel is compiled "
-        "in each process, 10 to 30 s; an older numba keeps it",
+        f"numba {numba.__version__} keeps compiled functions in another way: the contact kernel is compiled "
+        "in each process, which takes 10 to 30 s; an older numba keeps it",
         RuntimeWarning,
         stacklevel=2,
     )

@@ -103,7 +103,7 @@ def test_noise_larger_than_what_was_given_makes_errors_larger() -> None:
 def test_what_the_model_lacks_is_not_white() -> None:
     """Smooth changes of 3 % over frequency, as of another law: no noise, and standard errors grow."""
     smooth = 1.0 + 0.03 * np.sin(FREQUENCIES)
-    with pytest.warns(ss.SlipstickWarning, match="what is left is not white") as caught:
+    with pytest.warns(ss.SlipstickWarning, match="the residual is not white") as caught:
         found = ss.identify(problem(), measured(response() * smooth), TRUE)
     assert [str(each.message) for each in caught] == [*found.warnings]
     assert found.warnings[0] in found.summary()

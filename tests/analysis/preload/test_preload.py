@@ -304,7 +304,7 @@ def test_faults_are_told_together():
 def test_other_laws_and_loose_bodies_are_refused():
     structure = ss.MatrixStructure(M=[[1.0]], K=[[20.0]], dofs=["x"])
     dahl = ss.ContactPair(name="d", contact=ss.models.DahlContact(kt=10.0, limit=1.0), tangential="x")
-    with pytest.raises(InputError, match="DahlContact is not known under slow loading"):
+    with pytest.raises(InputError, match="DahlContact cannot be followed through load steps"):
         ss.preload(ss.Problem(structure, contacts=dahl), ss.LoadStep(loads=static("x", 1.0)))
     free = ss.MatrixStructure(M=np.eye(2), K=np.zeros((2, 2)), C=np.eye(2), dofs=["x", "y"])
     foot = ss.ContactPair(name="foot", contact=ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0), tangential="x")

@@ -127,7 +127,7 @@ def test_a_case_that_fails_is_a_row_and_missing_computes_it(case: Path, monkeypa
         patch.setattr(together, "_together", but_one)
         result = slipstick("study", case, "-o", out, *BARE)
     assert result.exit_code == 1
-    assert "1 cases did not complete: 1 failed: a fault ended it, which its message names case 1: no luck" in told(
+    assert "1 cases did not complete: 1 failed: its message names the fault that ended it case 1: no luck" in told(
         result
     )
     assert load_dataset(out / "study.nc")["outcome"].to_numpy().tolist() == ["COMPLETED", "FAILED", "COMPLETED"]

@@ -53,7 +53,7 @@ def test_worn_out_is_said(tmp_path: Path) -> None:
     case.write_text(CASE.replace("OMEGA", "10.0\ndepth = 50.0"))
     result = slipstick("wear", case, "-o", tmp_path / "out", "--no-figures", "--no-report")
     assert result.exit_code == 1
-    assert "a contact is worn as deep as was allowed" in " ".join(result.output.split())
+    assert "a contact reached the largest wear depth allowed" in " ".join(result.output.split())
     assert str(ss.load(tmp_path / "out" / "results.nc").dataset["kind"][-1].item()) == "worn out"
 
 

@@ -81,7 +81,7 @@ def test_a_section_of_a_bolt_is_whole(tmp_path):
     assert 77 not in model.constrained[:, 0]
     (said,) = model.warnings
     assert said.startswith(
-        "m.inp, line 32: *PRE-TENSION SECTION is kept as model.pretension_sections: the bolt is whole"
+        "m.inp, line 32: *PRE-TENSION SECTION is kept as model.pretension_sections: the bolt stays whole"
     )
     plain = read_model(write(tmp_path, CUBE + HELD))
     assert abs(model.K - plain.K).max() == 0.0
@@ -137,7 +137,7 @@ def test_what_a_substructure_retains_moves(tmp_path):
     assert {pair for pair in mesh.held if pair[1] < 3} == (
         {(node, axis) for node in (1, 3, 4, 7, 8, 10) for axis in range(3)} | {(2, 0)}
     ) - moving
-    assert any("*RETAINED NODAL DOFS lets 16 dofs move that the step before holds" in note for note in mesh.notes)
+    assert any("*RETAINED NODAL DOFS frees 16 dofs that the step before holds" in note for note in mesh.notes)
     with pytest.raises(InputError, match="directions 0 to 7"):
         read_mesh(write(tmp_path, CUBE + step + "*RETAINED NODAL DOFS\nROOT, 0, 7\n*END STEP\n"))
     assert np.all(np.isfinite(mesh.mesh.nodes))

@@ -114,7 +114,7 @@ def test_friction_of_the_contact_material(tmp_path, more, mu, said):
         (BOLT, "SECTYPE,3,PRETENSION\nSECDATA,17,0.0,0.0,0.0\n", "SECDATA cannot be read (a normal without length)"),
         ([(1, 4, 1, 3, [5, 13, 17])], SECTION, "joins the nodes 5 and 13, which lie 1 apart"),
         ([(1, 4, 1, 3, [5, 99, 17])], SECTION, "names node 99, which the file does not have"),
-        ([(1, 4, 1, 3, [5, 9, 17])], SECTION, "PRETS179 of section 3 has nodes that make no face of a solid element"),
+        ([(1, 4, 1, 3, [5, 9, 17])], SECTION, "PRETS179 of section 3 has nodes that form no face of a solid element"),
         ([*BOLT, (1, 4, 1, 4, [9, 5, 17])], SECTION, "cuts the bolt at node 5, where another one cuts it"),
         ([*BOLT[:3], (1, 4, 1, 3, [8, 12, 16])], SECTION, "has 2 pretension nodes (16, 17)"),
     ],
@@ -131,7 +131,7 @@ def test_symmetric_contact_is_one_pair(tmp_path):
     model = read(tmp_path, [*PAIR, *back])
     assert [*model.contact_pairs] == ["contact 7/target 7"]
     assert any(
-        "CONTA174 of real constants 8 is the pair contact 7/target 7 the other way round" in n for n in model.notes
+        "CONTA174 of real constants 8 is the pair contact 7/target 7 with its sides exchanged" in n for n in model.notes
     )
 
 
@@ -144,14 +144,14 @@ def test_elements_that_touch_nothing(tmp_path):
 
 def test_an_offset_is_told(tmp_path):
     model = read(tmp_path, PAIR, "R,7,,,1.0,0.1,0.0,0.0\nRMORE,,,,0.02\n")
-    assert any("moves its surface by CNOF = 0.02" in sentence for sentence in model.warnings)
+    assert any("offsets its surface by CNOF = 0.02" in sentence for sentence in model.warnings)
 
 
 def test_a_cut_bolt_is_whole(tmp_path):
     """Its stiffness is that of the same bolt meshed in one piece, and its section lies across it."""
     model = read(tmp_path, BOLT, SECTION + "D,17,UX,0.01\nF,17,FX,100.\n")
     assert model.pretension_sections == {"pretension 3": PretensionSection(node=17, normal=(0.0, 0.0, 1.0))}
-    said = "m.cdb: PRETS179 of section 3 is kept as model.pretension_sections: the bolt is whole there"
+    said = "m.cdb: PRETS179 of section 3 is kept as model.pretension_sections: the bolt stays whole there"
     assert any(sentence.startswith(said) for sentence in model.warnings)
     surface = model.mesh.surface("pretension 3")
     assert surface.n_faces == 1

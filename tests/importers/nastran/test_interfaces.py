@@ -122,7 +122,7 @@ def test_a_bolt_is_whole(tmp_path, direction):
         (card("BCBODY", 1, "3D", "RIGID", 3), "BCBODY touches with a body that is not meshed (RIGID)"),
         (card("BCTABLE", 0, *[""] * 7, "SLAVE", 1, *[""] * 6, "MASTERS", 2), "BCTABLE names body 1"),
         (card("BOLT", 5, 2, 0, 3, 1, 2, 990), "BOLT names grid point 990, which the file does not have"),
-        (card("BOLT", 5, 2, 0, 3, 1, 2), "BOLT has grid points that make no face of a solid element"),
+        (card("BOLT", 5, 2, 0, 3, 1, 2), "BOLT has grid points that form no face of a solid element"),
         (card("BOLT", 5, 2, 0, 4, 1, 2), "BOLT cannot be read (direction 4; expected 1 to 3)"),
         (card("BOLT", 5, 2, 77, 3, 1, 2), "coordinate system 77"),
         (card("BLSEG", 5, 1, 2), "BLSEG holds lines in contact"),
@@ -138,5 +138,5 @@ def test_faults(tmp_path, text, said):
 def test_a_bolt_of_elements_is_told(tmp_path):
     model = read(tmp_path, card("BOLT", 5, 3, 0, 3, "", "", "", "", 1))
     assert not model.pretension_sections
-    assert any("BOLT names elements and no section across them" in sentence for sentence in model.warnings)
+    assert any("BOLT names elements but no section across them" in sentence for sentence in model.warnings)
     assert MATERIAL in BODY

@@ -204,9 +204,13 @@ def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
 
     if balance.problem.structure.covers[1] < inf:
         remedy = (
-            'fit modes to it (ss.models.modal_analysis), or say beyond="line": then it is counted from the receptance'
+            "fit modes to it (ss.models.modal_analysis), or say "
+            'beyond="line": stability is then counted from the receptance'
         )
-        found = "the structure is a table of receptances: it has no states, and ends where disturbances are asked for"
+        found = (
+            "the structure is a table of receptances: it has no states, and does not reach the frequencies "
+            "that stability needs"
+        )
         raise InputError(Fault("stability", found, remedy=remedy))
     return StabilityWatch(balance, full=judged == "full")
 

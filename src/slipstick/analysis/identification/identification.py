@@ -88,6 +88,18 @@ class Identification:
         Motions that were solved for.
     starts
         Sum of squares that each start led to, the one of the result first, before numbers were weighted by noise found.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=100.0), harmonics=range(6))
+    >>> measured = ss.steady_response(problem, omega=[6.0, 8.0, 9.0, 10.0]).dataset
+    >>> fit = ss.identify(problem, measured, {"foot.mu": 0.4})
+    >>> round(fit.values["foot.mu"], 6), fit.converged, fit.indistinct, fit.misfit < 1e-6
+    (0.3, True, (), True)
     """
 
     values: Mapping[str, float]
@@ -197,7 +209,7 @@ def result_of(
     elif known and freedom > 0 and too_large(spread**2, freedom):
         deviation = spread
         told.append(
-            f"what is left is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
+            f"the residual is {spread:.2g} times the noise that was given: standard errors are multiplied by it"
         )
     statistics = statistics_of(request.names, end, deviation)
     left_out: list[Without] = []
@@ -309,8 +321,8 @@ def checked_against_residuals(
     if white.significant:
         growth *= white.factor
         told.append(
-            f"what is left is not white: neighbouring points are alike (correlation {white.correlation:.2f}), the "
-            f"model lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
+            f"the residual is not white: neighbouring points are correlated ({white.correlation:.2f}), so the model "
+            f"lacks something or the noise is not random; standard errors are multiplied by {white.factor:.2g}"
         )
     unequal = robust(statistics.gain, end.left, J, deviation)
     larger = unequal.significant & (unequal.factor > growth)
@@ -318,7 +330,7 @@ def checked_against_residuals(
         growth[larger] = unequal.factor[larger]
         which = [f"{name} ({factor:.2g} times)" for name, factor in zip(names, growth, strict=True)]
         told.append(
-            "what is left is larger where parameters are determined: standard errors are taken from it (sandwich "
+            "the residual is larger where parameters are determined: standard errors are taken from it (sandwich "
             f"estimate) for {listed([word for word, there in zip(which, larger, strict=True) if there])}"
         )
     errors[free] *= growth

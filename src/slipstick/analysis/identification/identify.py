@@ -185,7 +185,7 @@ def _fitted(request: FitRequest, measured: Any, noise: float | None, told: list[
         assert in_time is not None
         request, best, ends = in_time, direct, [direct]
     elif in_time is not None and np.isfinite(best.cost):
-        told.append("the decay itself is not fitted: its model does not follow it from any initial state near by; the "
+        told.append("the decay itself is not fitted: the model follows it from no initial state nearby; the "
                     "values are those of the nonlinear mode")  # fmt: skip
     compared: list[Tried] = []
     if best.misfit > FAR and not explained(request, best) and not request.measured.in_time:

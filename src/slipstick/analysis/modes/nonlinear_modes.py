@@ -259,8 +259,8 @@ class ModeRequest(Request):
                 missed.append(f"{factor:g}")
         if missed:
             yield (
-                f"load_factors: at {', '.join(missed)} a point was requested, but where the mode passes no solution "
-                "was found: try a smaller max_step"
+                f"load_factors: a point was requested at {', '.join(missed)}, but no solution was found there: "
+                "try a smaller max_step"
             )
 
 

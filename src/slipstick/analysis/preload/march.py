@@ -95,7 +95,7 @@ class March:
         receptance = problem.load_columns.receptance(self.structure, self.directions, self.directions)
         self.A = np.asarray(receptance.written().static, dtype=float)
         self.unsettled: list[str] = []
-        """Steps in which an increment was taken although the iteration stood still."""
+        """Steps in which an increment was taken although the iteration stalled."""
 
     def start(self) -> State:
         """Nothing loaded, nothing touching with force."""
@@ -286,12 +286,12 @@ class March:
         why = "" if result.reason is None else f" ({result.reason.text})"
         about = f"; changing there: {some(changed, _LINES)}" if changed else ""
         what = (
-            f"no equilibrium beyond {100.0 * part:.4g} % of it{why}, with {opened} of {total} contacts open and "
+            f"no equilibrium beyond {100.0 * part:.4g} % of the step{why}, with {opened} of {total} contacts open and "
             f"{sliding} slipping{about}"
         )
         remedy = (
-            "where all that holds a part opens or slips there is none: hold it, tighten the bolts in a step before the "
-            "load, or lower the load; else give more increments, or a smaller kn"
+            "a part whose contacts all open or slip has none: hold it, tighten the bolts in an earlier step, or lower "
+            "the load; otherwise give more increments, or a smaller kn"
         )
         return Fault(("preload", target.name), what, remedy=remedy)
 
@@ -319,6 +319,6 @@ def unmarched(problem: Problem) -> Iterator[Fault]:
         if batch.law.quasi_static(still, still, still, one) is None:
             names = [problem.elements[e] for e in batch.numbers[:_LINES]]
             kind = type(batch.law).__name__
-            what = f"a {kind} is not known under slow loading with stick and slip ({', '.join(names)})"
+            what = f"a {kind} cannot be followed through load steps with stick and slip ({', '.join(names)})"
             remedy = "use ss.FrictionContact or ss.PlanarFrictionContact, or give the law the method quasi_static"
             yield Fault("contacts", what, remedy=remedy)

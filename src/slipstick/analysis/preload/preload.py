@@ -58,6 +58,21 @@ class Preload:
         The static loads at the end of the last step, without the factor on all loads of the problem.
     notes
         What holds, and what does not, for the vibration that begins from this state.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> push = ss.LoadStep(name="push", loads=ss.Load(dof="x", harmonic=0, cos=5.0))
+    >>> state = ss.preload(ss.Problem(structure, contacts=foot), push)
+    >>> print(state.table())
+    after push:
+      foot: normal 10, friction 3, open 0 %
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=1.0), preload=state)
+    >>> round(problem.contacts[0].contact.rest, 9)
+    0.02
     """
 
     problem: Problem = field(repr=False)
@@ -218,12 +233,12 @@ def _warnings(problem: Problem, steps: Sequence[LoadStep]) -> Iterator[str]:
     if rubbing:
         yield f"load steps leave out the rubbing motion of {some(rubbing, 5)}"
     if problem.thermal is not None or problem.states:
-        yield "load steps leave out heat and wear: contacts have the parameters they are given with"
+        yield "load steps leave out heat and wear: contacts keep the parameters they were given"
 
 
 UNSETTLED = (
-    "the iteration stood still in load steps {}, with a last correction below 1e-6 of the motion: forces are that "
-    "accurate, displacements of what hangs on very soft springs are not; use stiffer springs"
+    "Newton's method stalled in load steps {} with a last correction below 1e-6 of the motion: forces are that "
+    "accurate, but displacements of parts on very soft springs are not; use stiffer springs"
 )
 
 
@@ -233,8 +248,8 @@ def _notes(last: State) -> Iterator[str]:
     yield "the vibration keeps the static loads and the lengths of bolts; normal forces are solved together with it"
     if friction:
         yield (
-            "contacts that stick through the period keep the friction force of the preload as far as friction admits; "
-            "those that slip in it have forgotten it"
+            "contacts that stick all period keep the friction force of the preload, up to the friction limit; "
+            "contacts that slip lose it"
         )
 
 

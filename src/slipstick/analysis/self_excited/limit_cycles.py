@@ -50,7 +50,7 @@ _MOVED = 1e-6
 """Distance over the range between the Hopf points of eigenvalues and balance, above which the message has both."""
 _DECAYED = 1e-3
 """Size of the vibration over that of the first cycle, at which the branch ends in steady sliding."""
-_NO_CYCLE = "no limit cycle beside the Hopf point is in the range"
+_NO_CYCLE = "no limit cycle near the Hopf point lies in the range"
 _HYSTERETIC = (
     "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers have viscous "
     "damping, equal to it at {}; the limit cycles have hysteretic damping"

@@ -14,7 +14,7 @@ from slipstick.contact.law import Motion
 from slipstick.typing import Array, IntArray
 
 VELOCITIES_JUMP = (
-    "stability: a law of motion and velocity acts where the structure answers forces at once (a static residual); "
+    "stability: a law of motion and velocity acts on a static residual of the structure; "
     "give the structure more modes and no residual"
 )
 

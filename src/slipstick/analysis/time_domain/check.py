@@ -33,7 +33,21 @@ _FREE_PHASE = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
-    """A point of a branch against time integration, by output dof, both (n_outputs,)."""
+    """A point of a branch against time integration, by output dof, both (n_outputs,).
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> problem = ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0), harmonics=range(6))
+    >>> check = ss.steady_response(problem, omega=8.0).check_in_time(0)
+    >>> check.converged, check.amplitude.round(3), check.amplitude_in_time.round(3)
+    (True, array([0.205]), array([0.205]))
+    >>> round(check.relative_difference, 5)
+    0.00033
+    """
 
     omega: float
     dofs: tuple[str, ...]

@@ -281,8 +281,8 @@ class PiecewiseLinear:
         for law, ports, *_ in s.laws.each:
             if law.law.regimes is None and np.any(reached[ports]):
                 raise InputError(
-                    f"time integration: contacts of {type(law.law).__name__} act where the structure answers a force "
-                    "at once (a static residual), and that is known of friction alone, along a line or in a plane; "
+                    f"time integration: contacts of {type(law.law).__name__} act on a static residual of "
+                    "the structure, where only friction contacts can be integrated in time; "
                     "give the structure more modes and no residual"
                 )
 

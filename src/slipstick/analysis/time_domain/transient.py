@@ -58,6 +58,16 @@ class TransientResult:
     belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
     other than friction have a power, but no friction force, normal force and fractions, which are nan. Contacts of
     several sliders have a friction force too, but no changes of state.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=10.0)
+    >>> foot = ss.ContactPair(name="foot", contact=law, tangential="x")
+    >>> result = ss.transient(ss.Problem(structure, contacts=foot, loads=ss.Load(dof="x", sin=5.0)), omega=8.0)
+    >>> result.converged, result.amplitude.round(4), result.power.round(3)
+    (True, array([0.2053]), array([2.678]))
     """
 
     omega: float

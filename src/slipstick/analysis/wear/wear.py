@@ -278,8 +278,8 @@ def wear_warnings(problem: Problem) -> list[str]:
         if kappa
     }
     return [
-        f"contact '{pair.name}' wears but its normal stiffness kn is not given and taken as 1: the load that is lost "
-        "by a depth is then that depth; give kn"
+        f"contact '{pair.name}' wears but its normal stiffness kn is not given and taken as 1: "
+        "a depth of 1 then takes a load of 1 off; give kn"
         for pair in problem.contacts
         if pair.contact._scaled and wearing & set(pair.elements)
     ]

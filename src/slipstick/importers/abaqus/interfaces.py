@@ -135,7 +135,7 @@ def on_retained(content: Content, block: Block) -> None:
     freed = content.held & retained
     content.held -= freed
     if freed:
-        what = f"lets {len(freed)} dofs move that the step before holds: its substructure has them"
+        what = f"frees {len(freed)} dofs that the step before holds: its substructure has them"
         content.extra.append(f"{content.place(block.line, block.shown)} {what}")
     else:
         content.note(Verdict.HARMLESS, block)

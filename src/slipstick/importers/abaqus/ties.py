@@ -126,7 +126,7 @@ def _untied(content: Content, tie: Tie, mesh: Mesh) -> Iterator[str]:
     if projection.distances.max(initial=0.0) > _WARNED * size:
         yield (
             f"{tie.where} ties nodes that lie up to {_length(projection.distances, size)}, from {tie.independent}: "
-            "turning as a whole strains the joint"
+            "a rigid rotation strains the joint"
         )
 
 
@@ -140,8 +140,8 @@ def _unlike(content: Content, tie: Tie, ring: CyclicSymmetry, where: Place, mesh
     if between:
         yield (
             f"{where}: {between} of {len(dependent)} nodes of {tie.dependent} lie between nodes of "
-            f"{tie.independent}: sides that do not match are joined by shape functions, CalculiX joins them otherwise "
-            "and stiffer"
+            f"{tie.independent}: sides that do not match are joined by shape functions, where CalculiX joins them more "
+            "stiffly"
         )
     other = nodes_of(content, mesh, tie.independent, where)
     places = turned(ring.axis, turn, mesh.nodes[other])

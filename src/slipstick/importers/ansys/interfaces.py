@@ -173,7 +173,7 @@ class Interfaces:
             faces = section_faces(mesh, cut.tolist(), self._beside[number])
             if not faces.n_faces:
                 where = Place(self.deck.source, f"PRETS179 of section {number}")
-                raise refused(where, "has nodes that make no face of a solid element: the bolt is not cut across")
+                raise refused(where, "has nodes that form no face of a solid element: they do not cut the bolt")
             found[f"pretension {number}"] = faces
         found |= self._pairs(mesh, friction)
         surfaces = {name: faces for name, faces in found.items() if isinstance(faces, Surface)}
@@ -213,7 +213,7 @@ class Interfaces:
             found |= sides
             kept.append(real)
             if constants.get(real, [])[_CNOF : _CNOF + 1] not in ([], [0.0]):
-                what = f"moves its surface by CNOF = {constants[real][_CNOF]:g}, which is left out: give it as gap"
+                what = f"offsets its surface by CNOF = {constants[real][_CNOF]:g}, which is left out: give it as gap"
                 self.deck.own_warnings.append(str(Fault(where, what)))
         if kept:
             self._tell(f"{self._name(contacts[kept[0]])} of real constants", kept, APART)
@@ -236,7 +236,7 @@ class Interfaces:
             what = f"never separates (KEYOPT(12) = {behaviour}, {_HELD[behaviour]}); contacts here may open"
             self.deck.own_warnings.append(str(Fault(where, what)))
         if options.get(9, 0) == 1:
-            what = 'leaves out gaps and overlaps of the mesh (KEYOPT(9) = 1), as touching = true (gap="touching") does'
+            what = 'ignores gaps and overlaps of the mesh (KEYOPT(9) = 1), as touching = true (gap="touching") does'
             self.deck.extra.append(str(Fault(where, what)))
         return False
 
@@ -257,7 +257,7 @@ class Interfaces:
         own = [_nodes(faces) for faces in sides.values()]
         for name, pair in self.deck.contact_pairs.items():
             if own == [_nodes(found[other]) for other in (pair.independent, pair.dependent)]:
-                what = f"is the pair {name} the other way round (symmetric contact), which is kept once"
+                what = f"is the pair {name} with its sides exchanged (symmetric contact), which is kept once"
                 self.deck.extra.append(str(Fault(where, what)))
                 return True
         return False

@@ -205,7 +205,7 @@ class Contacts:
         """BOLT, number, 2, coordinate system, its axis along the bolt, grid points across it."""
         number, kind = whole_number(fields[0]), fields[1]
         if kind != "2":
-            what = "names elements and no section across them: the bolt is whole, and is kept under no name"
+            what = "names elements but no section across them: the bolt stays whole and is not kept"
             self.deck.add(Verdict.APPROXIMATED, "BOLT", what, line)
             return
         points = labels_of(fields[4:])
@@ -217,7 +217,7 @@ class Contacts:
         normal = self._axis(fields[2], whole_number(fields[3]), mesh.nodes[at].mean(axis=0))
         surface = section_faces(mesh, at.tolist(), _ahead(mesh, at, normal))
         if not surface.n_faces:
-            raise refused(where, "has grid points that make no face of a solid element: they do not cut the bolt")
+            raise refused(where, "has grid points that form no face of a solid element: they do not cut the bolt")
         if f"bolt {number}" in self.deck.pretension_sections:
             raise refused(where, f"gives bolt {number} twice")
         x, y, z = normal.tolist()

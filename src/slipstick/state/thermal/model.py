@@ -92,7 +92,7 @@ class ThermalModel(StateModel):
             elif matrix.shape == (len(order), len(order)):
                 law_of = np.array([next(k for k, its in enumerate(names) if name in its) for name in order])
                 if np.any(matrix[law_of[:, None] != law_of]):
-                    kinds = "lets contacts of different laws heat each other, which is not known"
+                    kinds = "lets contacts of different laws heat each other, which is not supported"
                     faults = [Fault(("thermal", "influence"), kinds, remedy="leave only what each heats by itself")]
         if faults:
             raise InputError(faults)

@@ -43,6 +43,7 @@ def craig_bampton(structure: MatrixStructure, keep: Iterable[str], *, modes: int
 
     Examples
     --------
+    >>> import numpy as np
     >>> K = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
     >>> chain = MatrixStructure(M=np.eye(3), K=K, dofs=["a", "b", "c"])
     >>> small = craig_bampton(chain, ["a"], modes=1)

@@ -47,6 +47,15 @@ class Reduction:
     bounded by what is measured against the full model at its upper end, for a fixed number of modes estimated
     (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from the store;
     ``data``: what is stored of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from slipstick.structure.reduction.reduce import reduce_model
+    >>> K = 1e4 * (np.diag([2.0, 2.0, 2.0, 1.0]) - np.eye(4, k=1) - np.eye(4, k=-1))
+    >>> reduction = reduce_model(K, np.eye(4), keep=["a", "d"], dofs=["a", "b", "c", "d"], modes=3)
+    >>> reduction.n_full, reduction.complete, reduction.structure.omega.round(2)
+    (4, True, array([ 34.73, 100.  , 153.21]))
     """
 
     structure: ModalStructure
@@ -148,6 +157,7 @@ def reduce(
     --------
     Four masses in a row, the first held; the two in the middle are not kept.
 
+    >>> import numpy as np
     >>> K = np.diag([2.0, 2.0, 2.0, 1.0]) - np.eye(4, k=1) - np.eye(4, k=-1)
     >>> reduced = reduce(1e4 * K, np.eye(4), keep=["a", "d"], dofs=["a", "b", "c", "d"], modes=3, loss_factor=1e-3)
     >>> reduced.dofs, reduced.natural_frequencies.round(2)

@@ -15,6 +15,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     LARGEST,
     Gathering,
+    enumerated,
     in_radians,
     number,
     number_or_numbers,
@@ -230,8 +231,7 @@ def _kept_directions(
     position = {name: index for index, name in enumerate(dofs)}
     unknown = [name for name in kept if name not in position]
     faults = [
-        Fault("keep", f"there is no dof {shown(name)} in the model", remedy=f"its names look like {_examples(dofs)}")
-        for name in unknown[:20]
+        Fault("keep", f"there is no dof {shown(name)}", remedy=f"there are {enumerated(dofs)}") for name in unknown[:20]
     ]
     if not kept or len(set(kept)) != len(kept):
         faults.append(Fault("keep", found=shown(list(kept)), expected="the names of one dof or more, each once"))
@@ -262,10 +262,6 @@ def _given_directions(n: int, keep: Any, names: tuple[str, ...]) -> tuple[Any, t
     if faults:
         raise InputError(faults)
     return matrix, names
-
-
-def _examples(dofs: Sequence[str]) -> str:
-    return ", ".join(f"'{name}'" for name in list(dofs)[:3])
 
 
 def _shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> Array:
