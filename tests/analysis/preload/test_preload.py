@@ -352,6 +352,8 @@ def test_faults_are_told_together():
         assert part in text
     with pytest.raises(InputError, match=r"there is no bolt 'bolt 2'.*did you mean 'bolt 1'"):
         ss.preload(flange(), ss.LoadStep(bolts={"bolt 2": 1.0}))
+    with pytest.raises(InputError, match="shortening, bolt 1 is given together with its force"):
+        ss.preload(flange(), ss.LoadStep(bolts={"bolt": 1.0}, shortening={"bolt 1": 0.1}))
     with pytest.raises(InputError, match="there is no dof 'w'"):
         ss.preload(flange(), ss.LoadStep(loads=static("w", 1.0)))
     with pytest.raises(InputError, match="'foot' is no bolt"):
