@@ -254,7 +254,7 @@ class Law(ABC):
         inherited = next(base.__dict__["kind"] for base in cls.__mro__ if "kind" in base.__dict__)
         if "kind" not in cls.__dict__ and inherited is not Law.__dict__["kind"]:
             # nor is it computed with, or taken for, the laws whose kind it inherits
-            cls.kind = default(lambda law: (cls, super(cls, law).kind))  # type: ignore[method-assign]
+            cls.kind = default(lambda law: (cls, super(cls, law).kind))  # type: ignore[method-assign,misc]
 
     @abstractmethod
     def changed(self, **values: Numbers) -> Law:
