@@ -198,7 +198,7 @@ def test_vibration_begins_from_the_preload():
     for vibrating in both:
         branch = ss.steady_response(vibrating, omega=50.0)
         found = branch.dataset.normal_force.isel(point=0).sel(coefficient="0").values
-        np.testing.assert_allclose(found, list(forces(state).values()), rtol=1e-8)
+        np.testing.assert_allclose(found, list(forces(state).values()), rtol=1e-8)  # the balance ends at 1e-10 of u
         # the ripple of the bolt is its share of the load
         ripple = branch.dataset.normal_force.isel(point=0, contact=1).sel(coefficient="c1").item()
         assert ripple == pytest.approx(20.0 * KB / (KB + KP), rel=1e-4)

@@ -148,7 +148,7 @@ def test_a_sector_that_feeds_an_order_is_not_called_stable(omega) -> None:
 
 
 def test_which_disturbances_are_judged_is_said() -> None:
-    with pytest.warns(ss.SlipstickWarning, match="break its symmetry are judged only as far"):
+    with pytest.warns(ss.SlipstickWarning, match="that break its symmetry are judged only"):
         branch = ss.forced_response(
             sector(WaveSector(damping())),
             omega=(1.2, 1.22),
