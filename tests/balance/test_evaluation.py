@@ -87,6 +87,32 @@ def test_a_law_made_from_friction_is_asked_for_its_own_forces() -> None:
     assert np.abs(forces[0]).max() > 0.1
 
 
+class Halved(ss.FrictionContact):
+    """Friction of half the force that says nothing on its kind."""
+
+    def respond(self, motion, values):
+        one = super().respond(motion, values)
+        half = {pair: 0.5 * tangent for pair, tangent in one.by_motion.items()}
+        return one._replace(force=tuple(0.5 * part for part in one.force), by_motion=half, work=0.5 * one.work)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_law_made_from_friction_stands_beside_it(first) -> None:
+    """Half the force is that of half the stiffness and half the coefficient; what is not told of it is not known."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.1 * np.eye(2), K=[[40.0, -10.0], [-10.0, 30.0]], dofs=["x", "y"])
+    whole = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=1.0)
+    same, own = ss.FrictionContact(kt=50.0, mu=0.15, normal_load=1.0), Halved(kt=100.0, mu=0.3, normal_load=1.0)
+    amplitudes = []
+    for other in (same, own):
+        laws = (whole, other) if first else (other, whole)
+        pairs = [ss.ContactPair(name=dof, contact=law, tangential=dof) for dof, law in zip("xy", laws, strict=True)]
+        problem = ss.Problem(structure, contacts=pairs, loads=ss.Load(dof="x", cos=2.0), harmonics=3)
+        amplitudes.append(ss.steady_response(problem, omega=3.0).dataset.amplitude.values)
+    np.testing.assert_allclose(*amplitudes, rtol=1e-8)
+    with pytest.raises(ss.InputError, match="does not tell its rate in time"):
+        ss.steady_response(problem, omega=3.0, stability=True)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_change_with_the_motion_as_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)

@@ -39,6 +39,11 @@ def test_labels_lead_to_nodes_in_any_order():
         node_indices(labels, np.array([3, 4]), "an element")
 
 
+def test_labels_of_no_nodes_are_refused():
+    with pytest.raises(InputError, match="an element uses node 3, and the mesh has no nodes"):
+        node_indices(np.empty(0, dtype=int), np.array([[3, 4]]), "an element")
+
+
 def test_names_lead_to_nodes():
     named = replace(MESH, node_sets={"tip": np.array([2]), "_made": np.array([3])})
     assert named.node_set("tip").tolist() == [2]

@@ -274,9 +274,15 @@ class Law(ABC):
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)
-        if "respond" in cls.__dict__ and "respond_on_ports" not in cls.__dict__:
+        if "respond" not in cls.__dict__:
+            return
+        if "respond_on_ports" not in cls.__dict__:
             # its own ``respond`` is not that of the compiled call that it inherits
             cls.tabulated = ()  # type: ignore[method-assign]
+        inherited = next(base.__dict__["kind"] for base in cls.__mro__ if "kind" in base.__dict__)
+        if "kind" not in cls.__dict__ and inherited is not Law.__dict__["kind"]:
+            # nor is it computed with, or taken for, the laws whose kind it inherits
+            cls.kind = default(lambda law: (cls, super(cls, law).kind))  # type: ignore[method-assign,misc]
 
     @abstractmethod
     def changed(self, **values: Numbers) -> Law:

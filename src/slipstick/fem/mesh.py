@@ -214,6 +214,8 @@ def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
     InputError
         If a label is not there; ``what`` says who asks for it.
     """
+    if not len(labels) and len(wanted):
+        raise InputError(Fault(statement=f"{what} uses node {np.ravel(wanted)[0]}, and the mesh has no nodes"))
     order = np.argsort(labels, kind="stable")
     place = np.searchsorted(labels, wanted, sorter=order).clip(max=len(labels) - 1)
     nodes = order[place]

@@ -6,7 +6,7 @@ the law of all others is unknown. Names of ports do not tell laws apart, as any 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -168,20 +168,23 @@ def has_orbit(branch: Solutions, point: int, contact: str) -> bool:
 def forces_at(branch: Solutions, point: int) -> ContactForces:
     """See ``Branch.contact_forces``."""
     batches = contacts_at(branch, point)
-    friction = next((batch for batch in batches if batch.law is not None and is_friction(batch.law)), None)
-    if friction is None:
+    friction = [batch for batch in batches if batch.law is not None and is_friction(batch.law)]
+    if not friction:
         raise InputError(NO_FRICTION)
-    count, omega = branch.table.sizes["contact"], float(np.asarray(friction.motion.omega))
+    count, omega = branch.table.sizes["contact"], float(np.asarray(friction[0].motion.omega))
 
-    def among_all(values: Array) -> Array:
-        out = np.full((count, *values.shape[1:]), np.nan)
-        out[friction.elements] = values
+    def among_all(each: Sequence[tuple[ContactsAtPoint, Array]]) -> Array:
+        out = np.full((count, *each[0][1].shape[1:]), np.nan)
+        for batch, values in each:
+            out[batch.elements] = values
         return out
 
-    X, Y = map(among_all, friction.motion.Q)
-    parameters = {name: among_all(values) for name, values in friction.values.items()}
-    parameters, rest = rest_of(parameters)
-    drift = among_all(friction.motion.drift[0])
+    X, Y = (among_all([(batch, batch.motion.Q[i]) for batch in friction]) for i in (TANGENTIAL_PORT, NORMAL_PORT))
+    names = dict.fromkeys(name for batch in friction for name in batch.values)
+    parameters, rest = rest_of(
+        {name: among_all([(b, b.values[name]) for b in friction if name in b.values]) for name in names}
+    )
+    drift = among_all([(batch, batch.motion.drift[TANGENTIAL_PORT]) for batch in friction])
     forces = element_forces(branch.harmonics, X, Y, v=drift, **parameters)
     if rest:
         remember(forces, Motion(branch.harmonics, omega, (X, Y), drift[None]), parameters, rest[0])

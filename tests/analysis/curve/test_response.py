@@ -76,6 +76,14 @@ def test_exact_values_at_requested_frequencies(velocity: float, omega: float, me
     assert 3.0 in branch.dataset["omega"].to_numpy()
 
 
+def test_points_wanted_are_exact_where_solutions_are_refined(monkeypatch) -> None:
+    """As of 250 unknowns and more: a solution by refinement keeps the frequency to its error alone."""
+    monkeypatch.setattr("slipstick.solve.linear.dense.REFINED_FROM", 2)
+    wanted = [3.0, 4.2, 5.8, 6.1, 8.0]
+    branch = ss.forced_response(oscillator(velocity=10), omega=(2.0, 15.0), at=wanted)
+    assert set(wanted) <= set(branch.dataset.omega.values.tolist())
+
+
 @pytest.mark.parametrize("velocity", [0.0, 10.0, 100.0])
 def test_peaks_are_located_to_a_millionth(velocity: float) -> None:
     branch = curve(velocity=velocity)

@@ -225,6 +225,69 @@ def test_stuck_contacts_keep_the_friction_of_the_assembly():
     np.testing.assert_allclose(large.dataset.friction_force.isel(point=0).sel(coefficient="0"), 0.0, atol=2.3)
 
 
+def two_feet(*rests, amplitude=0.5, names=("a", "b")):
+    """Two masses in one chain, each on a foot; the second slips in every period."""
+    structure = ss.MatrixStructure(
+        M=np.eye(2), C=0.1 * np.eye(2), K=[[40.0, -10.0], [-10.0, 30.0]], dofs=["x", "y"]
+    )  # fmt: skip
+    feet = [
+        ss.ContactPair(
+            name=name, contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=load, rest=rest), tangential=dof
+        )
+        for name, load, rest, dof in zip(names, (10.0, 1.0), rests, "xy", strict=True)
+    ]
+    loads = [ss.Load(dof=dof, cos=amplitude) for dof in "xy"]
+    return ss.Problem(structure, contacts=feet, loads=loads, harmonics=7)
+
+
+@pytest.mark.parametrize("amplitude", [0.1, 2.0])
+def test_motion_in_time_has_the_mean_of_the_preload(amplitude):
+    problem = two_feet(None, None, amplitude=amplitude)
+    state = ss.preload(problem, [ss.LoadStep(loads=static("x", force)) for force in (6.0, 1.0)])
+    vibrating = problem.preloaded(state)
+    branch = ss.steady_response(vibrating, omega=3.0, stability=True)
+    assert np.abs(branch.dataset["mean"] - [1 / 27.5, 1 / 110.0]).max() > 0.004  # of the problem without preload
+    check = branch.check_in_time(0)
+    np.testing.assert_allclose(check.mean_in_time, branch.dataset["mean"].values[0], rtol=1e-5)
+    assert check.converged
+    assert branch.dataset.stable.item() == 1
+    with pytest.warns(ss.SlipstickWarning, match="not from rest and the preload of a, b"):
+        ss.transient(vibrating, 3.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ss.transient(problem, 3.0)
+
+
+@pytest.mark.parametrize("rests", [(0.0, 0.0), (None, 0.0), (0.0, None)])
+def test_contacts_that_remember_and_others_have_the_same_stability(rests):
+    """Symmetric motion has no mean force, whether contacts remember where they were or not."""
+    found = []
+    for given in (rests, (None, None)):
+        branch = ss.steady_response(two_feet(*given, amplitude=2.0), omega=[3.0, 5.3], stability=True)
+        data = branch.dataset
+        found.append((data.multiplier.values, data.stable.values, branch.contact_forces(1).Fx))
+    assert np.isfinite(found[0][0]).any()
+    for mine, other in zip(*found, strict=True):
+        np.testing.assert_allclose(mine, other, rtol=1e-7, atol=1e-7)
+
+
+def test_steps_without_load_leave_all_as_it_is():
+    state = ss.preload(iwan(), [ss.LoadStep(), ss.LoadStep(loads=static("x", 0.0))])
+    np.testing.assert_array_equal(state.dataset.displacement, 0.0)
+    np.testing.assert_array_equal(state.dataset.friction_force.values[:, :, 0], 0.0)
+
+
+def test_a_second_preload_says_that_it_begins_anew():
+    problem = iwan()
+    state = ss.preload(problem, ss.LoadStep(loads=static("x", 22.0)))
+    with pytest.warns(ss.SlipstickWarning, match=r"an earlier preload left in .* is left out"):
+        ss.preload(problem.preloaded(state))
+    bolted = flange()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ss.preload(bolted.preloaded(ss.preload(bolted, ss.LoadStep(bolts={"bolt 1": 12e3}))))
+
+
 def test_a_body_held_by_friction_vibrates_where_it_was_left(tmp_path):
     press = ss.LoadStep(loads=static("z", -10.0))
     push = ss.LoadStep(loads=[static("x", 2.4), static("y", 1.8)])
@@ -289,6 +352,8 @@ def test_faults_are_told_together():
         assert part in text
     with pytest.raises(InputError, match=r"there is no bolt 'bolt 2'.*did you mean 'bolt 1'"):
         ss.preload(flange(), ss.LoadStep(bolts={"bolt 2": 1.0}))
+    with pytest.raises(InputError, match="shortening, bolt 1 is given together with its force"):
+        ss.preload(flange(), ss.LoadStep(bolts={"bolt": 1.0}, shortening={"bolt 1": 0.1}))
     with pytest.raises(InputError, match="there is no dof 'w'"):
         ss.preload(flange(), ss.LoadStep(loads=static("w", 1.0)))
     with pytest.raises(InputError, match="'foot' is no bolt"):
@@ -297,6 +362,10 @@ def test_faults_are_told_together():
         ss.bolt(name="a", elongation={}, stiffness=1.0)
     with pytest.raises(InputError, match="preload is that of a problem with other contacts"):
         iwan().preloaded(ss.preload(flange(), ss.LoadStep(bolts={"bolt 1": 1.0})))
+    foot, law = iwan().contacts[0], ss.FrictionContact(kt=1.0, mu=0.3, normal_load=[1.0, 2.0])
+    two = ss.ContactPair(name=foot.name, contact=law, tangential=[foot.tangential] * 2)
+    with pytest.raises(InputError, match="preload is that of a problem with other contacts"):
+        ss.Problem(iwan().structure, contacts=[two, *iwan().contacts[1:]], preload=ss.preload(iwan(), ss.LoadStep()))
     with pytest.raises(InputError, match=r"preload: found 3; expected what ss\.preload returns"):
         iwan().preloaded(3)
 

@@ -141,3 +141,9 @@ def test_what_a_substructure_retains_moves(tmp_path):
     with pytest.raises(InputError, match="directions 0 to 7"):
         read_mesh(write(tmp_path, CUBE + step + "*RETAINED NODAL DOFS\nROOT, 0, 7\n*END STEP\n"))
     assert np.all(np.isfinite(mesh.mesh.nodes))
+
+
+@pytest.mark.parametrize("word", ["9" * 20, "\u00b2"])
+def test_a_surface_of_no_element_label_is_refused(tmp_path, word):
+    with pytest.raises(InputError, match=f"SURFACE names .*{word}, which the file does not have"):
+        read_model(write(tmp_path, CUBE + HELD + f"*SURFACE, NAME=Low, TYPE=ELEMENT\n{word}, S1\n"), quiet=True)

@@ -28,6 +28,8 @@ _NEWTON = NewtonOptions(max_iterations=60, non_monotone=8)
 _CLOSE = 1e-6
 """Last correction, over the motion with all contacts stuck, that is close enough where the iteration stands still: of
 bodies on soft springs, whose compliance is a difference of large numbers."""
+_NO_MOTION = 1e-150
+"""Size of the motion of a step without any load."""
 _STILL = 3
 """Halvings of an increment before that is taken."""
 _CUTS = 12
@@ -119,7 +121,7 @@ class March:
         P = self._loads(target)
         controls = [self._control(k, state, target, first) for k in range(len(self.batches))]
         stuck = self._stuck(state, P, controls, [control.gap for control in controls], 1.0)
-        scale = max(float(np.linalg.norm(part)) for part in (stuck, state.q, np.full(1, 1e-300)))
+        scale = max(float(np.linalg.norm(stuck)), float(np.linalg.norm(state.q)), _NO_MOTION)
         begin, now, part, size, cuts = state, state, 0.0, 1.0 / target.increments, 0
         while part < 1.0:
             to = min(1.0, part + size)

@@ -90,8 +90,8 @@ class Preload:
         The static loads are those of the last step; bolts have the length they were given, and friction contacts the
         ``rest`` that their friction force goes with.
         """
-        names = [pair.name for pair in self.problem.contacts]
-        if [pair.name for pair in contacts] != names:
+        loaded, given = ([(pair.name, len(pair)) for pair in pairs] for pairs in (self.problem.contacts, contacts))
+        if given != loaded:
             remedy = "give the contacts of the problem that was preloaded"
             raise InputError(Fault("preload", "is that of a problem with other contacts", remedy=remedy))
         out, at = [], 0
@@ -234,6 +234,14 @@ def _warnings(problem: Problem, steps: Sequence[LoadStep]) -> Iterator[str]:
         yield f"load steps leave out the rubbing motion of {some(rubbing, 5)}"
     if problem.thermal is not None or problem.states:
         yield "load steps leave out heat and wear: contacts keep the parameters they were given"
+    remembering = [
+        pair.name for pair in problem.contacts if REST in pair.contact.values and set(pair.given) != {"normal"}
+    ]
+    if remembering:
+        yield (
+            f"load steps begin without friction forces: what an earlier preload left in {some(remembering, 5)} is "
+            "left out; give all steps to one ss.preload"
+        )
 
 
 UNSETTLED = (

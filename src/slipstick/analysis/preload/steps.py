@@ -166,6 +166,12 @@ def targets(problem: Problem, steps: Sequence[LoadStep]) -> list[Target]:
                 faults = list(_bolt_faults(name, elements, problem, laws))
                 gathering.faults += [fault.inside("steps", k, key, name) for fault in faults]
                 found[key] |= dict.fromkeys(elements, value)
+        gathering.faults += [
+            Fault(
+                ("steps", k, "shortening", problem.elements[e]), "is given together with its force", remedy="keep one"
+            )
+            for e in sorted(found["bolts"].keys() & found["shortening"].keys())
+        ]
         called = step.name or f"step {k + 1}"
         out.append(
             Target(

@@ -154,18 +154,17 @@ IN_MOTION = 4.0
 """Frequency up to which modes stay in motion, over that of the highest harmonic."""
 
 
-def friction_batch(balance: Balance) -> int | None:
-    """Number of the batch of friction contacts; None without any."""
-    return next((k for k, batch in enumerate(balance.batches) if is_friction(batch.law)), None)
+def friction_batches(balance: Balance) -> list[int]:
+    """Numbers of the batches of friction contacts: those that know their motion at rest are one by themselves."""
+    return [k for k, batch in enumerate(balance.batches) if is_friction(batch.law)]
 
 
 def friction_values(balance: Balance, detail: Detail) -> Mapping[str, Array]:
     """Parameters (n,) of the friction contacts at a point, then of the sliders of other contacts."""
-    batch = friction_batch(balance)
     inputs = detail.asked.batches
-    own = dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else inputs[batch].values
-    more = [slider_values(balance.batches[k].law, inputs[k].values) for k in slider_batches(balance)]
-    return {name: np.concatenate([own[name], *(one[name] for one in more)]) for name in ("kt", "mu", "kn", "gap")}
+    each = [inputs[k].values for k in friction_batches(balance)]
+    each += [slider_values(balance.batches[k].law, inputs[k].values) for k in slider_batches(balance)]
+    return {name: np.concatenate([np.zeros(0), *(one[name] for one in each)]) for name in ("kt", "mu", "kn", "gap")}
 
 
 def slider_batches(balance: Balance) -> list[int]:
@@ -199,12 +198,12 @@ class LinearSystems:
     def __init__(self, balance: Balance, *, full: bool, damping_at: float | None = None) -> None:
         self._balance, self._full = balance, full
         self._damping: dict[str, Any] = {} if damping_at is None else {"damping_at": damping_at}
-        self._batch, sliders = friction_batch(balance), slider_batches(balance)
-        others = [k for k in range(len(balance.batches)) if k not in (self._batch, *sliders)]
+        friction, sliders = friction_batches(balance), slider_batches(balance)
+        others = [k for k in range(len(balance.batches)) if k not in (*friction, *sliders)]
         rows = [np.concatenate([*port_numbers(balance, k)]) for k in others]
         self.law_ports = np.concatenate([np.zeros(0, dtype=int), *rows])
         none = np.zeros((2, 0), dtype=int)
-        own: IntArray = none if self._batch is None else port_numbers(balance, self._batch)
+        own = np.concatenate([none, *(port_numbers(balance, k) for k in friction)], axis=1)
         joints = [np.repeat(port_numbers(balance, k)[0], balance.batches[k].law.slider_count) for k in sliders]
         with_joints = np.concatenate([own[0], *joints])
         self._ports = np.stack([with_joints, np.append(own[1], np.full(len(with_joints) - len(own[1]), -1))])

@@ -14,7 +14,7 @@ from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.linear_systems import (
     Combinations,
     FrictionPorts,
-    friction_batch,
+    friction_batches,
     friction_values,
     slider_batches,
 )
@@ -206,18 +206,18 @@ def _system(
         M=np.eye(d.size), C=d.C, K=d.K, rows=d.rows[order], columns=np.hstack([d.columns[:, order], d.loads]),
         feedthrough=np.hstack([d.R[np.ix_(order, order)], d.load_compliance[order]]),
     )  # fmt: skip
-    batch, sliders, omega = friction_batch(balance), slider_batches(balance), detail.omega
+    friction, sliders, omega = friction_batches(balance), slider_batches(balance), detail.omega
     values = friction_values(balance, detail)
     moved, velocity = np.zeros((2, 0, h.size)), np.zeros(0)
-    if batch is not None:
-        inputs = detail.inputs.batches[batch]
-        moved, velocity = inputs.motion, inputs.speed(omega)[0]
+    for k in friction:
+        inputs = detail.inputs.batches[k]
+        moved, velocity = np.concatenate([moved, inputs.motion], axis=1), np.append(velocity, inputs.speed(omega)[0])
     for k in sliders:
         inputs, count = detail.inputs.batches[k], balance.batches[k].law.slider_count
         along = np.repeat(inputs.motion[0], count, axis=0)
         moved = np.concatenate([moved, np.stack([along, np.zeros_like(along)])], axis=1)
         velocity = np.append(velocity, np.repeat(inputs.speed(omega)[0], count))
-    others = [inputs for k, inputs in enumerate(detail.inputs.batches) if k not in (batch, *sliders)]
+    others = [inputs for k, inputs in enumerate(detail.inputs.batches) if k not in (*friction, *sliders)]
     return system_of(
         equations, omega, h, rubbing=moved[0], approach=moved[1],
         loads=driven.forces(detail.inputs.P, h.orders[1:], omega), velocity=velocity,

@@ -20,6 +20,7 @@ from slipstick.balance.inputs import Assigned
 from slipstick.contact.forces import element_forces
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
+from slipstick.contact.rest import rest_of
 from slipstick.results.truncation import moved
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -135,7 +136,7 @@ class Iteration:
         for i, detail in enumerate(details):
             at, u = slice(i * batch.count, (i + 1) * batch.count), self._prescribed(detail.inputs)[0]
             (X, Y), (fx, fy) = ([part[at] for part in both] for both in (motion.Q, response.force))
-            values = {"v": motion.drift[0], **contact_inputs.values}
+            values = {"v": motion.drift[0], **rest_of(contact_inputs.values)[0]}
             out.append(SmoothMotion(
                 harmonics=wide, omega=detail.omega, X=X, Y=Y, rubbing=(u[0], u[1]), force=(fx, fy),
                 values={name: value[at] for name, value in values.items()}, laws=laws, law_motion=none,
@@ -159,24 +160,25 @@ class Iteration:
     ) -> SmoothMotion:  # fmt: skip
         none = np.zeros((0, h.size))
         friction = [(none, none, none, none, none, none, dict.fromkeys(("v", *HELD_PARAMETERS), np.zeros(0)))]
+        sliders_last = []
         laws, rows = [], [(none, none, none, np.zeros(0))]
         for k, (batch, motion) in enumerate(zip(self._balance.batches, motions, strict=True)):
             values = detail.responses[k].values
             if is_friction(batch.law):
                 own = {**values, "v": motion.drift[0]}
-                friction.insert(1, (*motion.Q, rubbing[k][0], rubbing[k][1], forces[k][0], forces[k][1], own))
+                friction.append((*motion.Q, rubbing[k][0], rubbing[k][1], forces[k][0], forces[k][1], own))
             elif count := batch.law.slider_count:
                 X, moved = (np.repeat(part, count, axis=0) for part in (motion.Q[0], rubbing[k][0]))
                 own = {**slider_values(batch.law, values), "v": np.repeat(motion.drift[0], count)}
                 still = np.zeros_like(X)
                 sliders = element_forces(h, X, still, **own)
-                friction.append((X, still, moved, still, sliders.Fx, sliders.Fy, own))
+                sliders_last.append((X, still, moved, still, sliders.Fx, sliders.Fy, own))
             else:
                 laws.append(law_in_time(batch, values, detail.inputs.batches[k].speed(detail.omega)))
                 Q, u, force = (np.concatenate(part) for part in (motion.Q, rubbing[k], forces[k]))
                 rows.append((Q, u, force, motion.drift.reshape(-1)))
         moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
-        *motion_and_force, each = zip(*friction, strict=True)
+        *motion_and_force, each = zip(*friction, *sliders_last, strict=True)
         X, Y, u, u_normal, fx, fy = (np.concatenate(part) for part in motion_and_force)
         return SmoothMotion(
             harmonics=h, omega=detail.omega, X=X, Y=Y, rubbing=(u, u_normal), force=(fx, fy),

@@ -19,6 +19,7 @@ from slipstick.contact.forces import element_intervals
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.contact.law import Interval
+from slipstick.contact.rest import rest_of
 from slipstick.trig.basis import TWO_PI
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
@@ -198,7 +199,7 @@ def state_order_at(
         own = inputs.batches[k].values if values is None else values[k]
         if is_friction(batch.law):
             motion = balance.layout.motion(k, x, omega, inputs.batches[k])
-            own = {**own, "v": motion.drift[0]}
+            own = {**rest_of(own)[0], "v": motion.drift[0]}
             order = (*order, *state_order(balance.harmonics, motion.Q[0], motion.Q[1], own))
         elif batch.law.regimes is not None:
             intervals = batch.law.states(balance.layout.motion(k, x, omega, inputs.batches[k]), own)

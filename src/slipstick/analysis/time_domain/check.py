@@ -14,7 +14,8 @@ from slipstick.analysis.time_domain.transient import transient
 from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.reduction import worst_error
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import FrictionLaw, is_friction
+from slipstick.contact.rest import REST
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES
 from slipstick.results.record import Point, Recorder, contact_states
@@ -25,6 +26,7 @@ from slipstick.typing import AnyArray, Array
 from slipstick.units import compared
 
 if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
     from slipstick.results.solutions import Solutions
 
 _FREE_PHASE = 1e-4
@@ -81,7 +83,7 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
     means = [d[f"{name}_force"][b.elements][:, 0] for b in others for name in b.law.force_names]
     start = HarmonicStart(
         harmonics=problem.harmonics, tangential=tangential, normal=normal, ports=ports,
-        mean_force=np.concatenate([np.zeros(0), *means]),
+        mean_force=np.concatenate([np.zeros(0), *means]), friction=_known_means(problem, d)[friction],
     )  # fmt: skip
     held = {name: np.nan_to_num(d[v]) for name, v in FRICTION_VARIABLES.items() if v in d}
     if analysis_of(branch.table) == "cycles":
@@ -105,6 +107,15 @@ def check_in_time(branch: Solutions, point: int, **options: Any) -> TimeCheck:
         time_error=result.error,
         reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
     )
+
+
+def _known_means(problem: Problem, d: Mapping[str, AnyArray]) -> Array:
+    """Mean friction forces (n_contacts,) of the contacts that remember where they were at rest; nan of all others."""
+    out = np.full(len(problem.elements), np.nan)
+    for batch in problem.batches:
+        if is_friction(batch.law) and REST in batch.law.values:
+            out[batch.elements] = d["friction_force"][batch.elements][:, 0]
+    return out
 
 
 def _difference(pairs: Sequence[tuple[Array, Array]]) -> float:

@@ -42,6 +42,8 @@ class HarmonicStart:
     ports: Array | None = None
     mean_force: Array | None = None
     """Mean forces along them (n,): of contacts that settle on no force of their own."""
+    friction: Array | None = None
+    """Mean friction forces (n,) of friction contacts that stick all period; nan: the middle of what is admissible."""
 
 
 def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
@@ -160,7 +162,12 @@ def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array,
 
     high, low = march(b[:, 0])[:, -1], march(-b[:, 0])[:, -1]
     first = np.where(v > 0, high, np.where(v < 0, low, (high + low) / 2))
-    return y_g, march(first)[:, :-1], fy
+    fx = march(first)[:, :-1]
+    if start.friction is not None:
+        known = (v == 0) & (low < high) & np.isfinite(start.friction)
+        fx[known] += (start.friction - fx.mean(axis=1))[known, None]
+        fx = np.clip(fx, -b, b)
+    return y_g, fx, fy
 
 
 def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
 from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, start_warnings
 from slipstick.analysis.time_domain.shooting import PeriodEnd
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
 from slipstick.balance.physics_checks import problem_warnings
@@ -247,7 +247,7 @@ def transient(
         omega, periods, tolerance, method, record_periods, steps, initial, problem.units
     )
     system = friction_system(problem, omega, held)
-    problem.warn(problem_warnings(problem))
+    problem.warn([*problem_warnings(problem), *(start_warnings(problem) if initial is None else [])])
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
     found = integrate(

@@ -117,7 +117,7 @@ class Content(Deck):
 def named(word: str, sets: dict[str, list[int]]) -> list[int]:
     """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
     name = set_name(word, sets)
-    return [whole_number(name)] if name.isdigit() else sets[name]
+    return [whole_number(name)] if name.isdecimal() else sets[name]
 
 
 def set_name(word: str, sets: Collection[str]) -> str:

@@ -191,7 +191,7 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
         where = content.place(line)
         try:
             members = named(row[0], content.element_sets)
-        except KeyError:
+        except (KeyError, ValueError):
             raise refused(where.at("*SURFACE"), f"names {row[0]}, which the file does not have") from None
         for kind, chosen in _positions(dict(mesh.element_labels or {}), members).items():
             if len(chosen) and len(row) > 1 and row[1]:
@@ -209,7 +209,7 @@ def _faces(mesh: Mesh, content: Content, parts: list[tuple[int, list[str]]]) -> 
 def _face_number(word: str, kind: str, where: Place) -> int:
     face = word.upper().removeprefix("S")
     count = len(ELEMENTS[kind].faces)
-    if not face.isdigit() or not 1 <= int(face) <= count:
+    if not face.isdecimal() or not 1 <= int(face) <= count:
         raise refused(where.at("*SURFACE"), found=f"face {word}", expected=f"S1 to S{count} of {kind} elements")
     return int(face) - 1
 

@@ -253,14 +253,17 @@ class Corrector:
             row = normal * weights * weights
             row /= np.abs(row).max()
         options = options or self.usual
-        result = self._solve(guess, row, options, max_distance=max_distance)
+        value = float(guess[-1]) if normal is None else None
+        result = self._solve(guess, row, options, value, max_distance=max_distance)
         while result.converged and (finer := _refined_context(result.evaluation)) is not None:
             guess[:] = result.x
-            result = self._solve(guess, row, options, finer)
+            if value is not None:
+                guess[-1] = value
+            result = self._solve(guess, row, options, value, finer)
         if not result.converged:
             return None, result
-        if normal is None:
-            result.x[-1] = guess[-1]
+        if value is not None:
+            result.x[-1] = value
         if self.neighbour is not None:
             self.neighbour = result.jacobian  # the next solution is most often near this one
         tangent = self._null(result, row)
@@ -271,13 +274,17 @@ class Corrector:
         return step, result
 
     def _solve(
-        self, guess: Array, row: Array, options: NewtonOptions, context: Any = None, max_distance: float = inf
-    ) -> NewtonResult:
-        """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
+        self, guess: Array, row: Array, options: NewtonOptions, fixed: float | None, context: Any = None,
+        max_distance: float = inf,
+    ) -> NewtonResult:  # fmt: skip
+        """Iterate on the system bordered by ``row @ (z - guess) = 0``.
+
+        ``fixed`` is the parameter where it is kept: solutions by refinement keep that of ``z`` but for their error.
+        """
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
         def bordered(z: Array) -> tuple[Array, Jacobian, Any]:
-            value = evaluate(z[:size], float(z[size]), context)
+            value = evaluate(z[:size], float(z[size]) if fixed is None else fixed, context)
             residual = np.empty(size + 1)
             residual[:size] = value.residual
             residual[size] = row.dot(z) - level
