@@ -120,7 +120,7 @@ def _every_direction(size: int) -> Array:
 
 def _sizes(x: Array) -> Array:
     """Norms of the columns."""
-    return np.sqrt(np.vecdot(x, x, axis=0))
+    return np.asarray(np.sqrt((x * x).sum(axis=0)))
 
 
 def _sign(lu: Array, pivots: NDArray[np.int32]) -> int:
