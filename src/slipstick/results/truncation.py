@@ -186,8 +186,8 @@ def truncation(
     for p in stiff.tolist():
         D = _stiffness(balance, responses, p, n, new)
         A = balance.receptance.adjusted(structures[p]).at(orders, omega[p])[0][:, :, : balance.n_ports]
-        held = _held(A, D, added[p, : balance.n_ports, new].T)
-        force[p][:, new] += (D @ held.ravel()).reshape(held.shape)
+        passing = _held(A, D, added[p, : balance.n_ports, new].T)
+        force[p][:, new] += (D @ passing.ravel()).reshape(passing.shape)
     if stiff.size:
         less = answered(force[..., new])
         smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
@@ -222,7 +222,7 @@ def _stiffness(balance: Balance, responses: Sequence[Any], point: int, count: in
     for batch, response in zip(balance.batches, responses, strict=True):
         for pair, tangent in _coupling(batch, response.by_motion, np.array([point]), count).items():
             _, felt, moving = batch.couplings[pair]
-            np.add.at(out, (felt, slice(None), moving), tangent[0][:, new][:, :, new])
+            out[felt, :, moving] += tangent[0][:, new][:, :, new]
     return out.reshape(balance.n_ports * k, -1)
 
 
