@@ -146,7 +146,7 @@ def test_options_say_what_makes_a_jacobian():
 def test_undamped_structures_are_written_out_unless_asked_otherwise():
     """The form of the balance that goes smoothly through their resonances is one of dense Jacobians."""
     for loss, asked, expected in ((0.01, "auto", "iterative"), (0.0, "auto", "dense"), (0.0, "iterative", "iterative")):
-        n = 40
+        n = 60
         shapes = np.random.default_rng(0).standard_normal((n, 6))
         modes = ss.ModalStructure(
             omega=np.arange(1.0, 7.0), mode_shapes=shapes, dofs=[f"d{i}" for i in range(n)], loss_factor=loss

@@ -23,6 +23,7 @@ from slipstick.balance.loads import Load
 from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
 from slipstick.balance.states import pairs_at_start
 from slipstick.balance.support import Support, support_of
+from slipstick.contact.rest import REST
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -214,6 +215,12 @@ class Problem:
     def elements(self) -> tuple[str, ...]:
         """Names of the contacts, those of one pair with many each by its own."""
         return tuple(name for pair in self.contacts for name in pair.elements)
+
+    @property
+    def preloaded_elements(self) -> frozenset[str]:
+        """Names of the contacts whose motions at rest load steps have found."""
+        known = (pair for pair in self.contacts if pair.contact.values.get(REST) is not None)
+        return frozenset(name for pair in known for name in pair.elements)
 
     @cached_property
     def contact_states(self) -> tuple[ContactState, ...]:

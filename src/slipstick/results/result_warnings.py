@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -21,18 +21,19 @@ def result_warnings(
     unit: str = "rad/s",
     asked: float | None = None,
     requested: Sequence[float] = (),
+    loaded: Collection[str] = (),
 ) -> list[str]:
     """Contacts that never acted, points that are missing or misplaced, missing harmonics, and uncertain stability.
 
     ``followed`` is "omega", or the name of the quantity in ``values["parameter"]``, else in ``values["omega"]``;
     ``unit`` that of frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at
-    which points are requested.
+    which points are requested. Of contacts that are ``loaded`` before, the load steps tell what is open.
     """
     at = values["parameter" if "parameter" in values and followed != "omega" else "omega"]
     missing = truncation_sentence(followed, at, values["truncation"], unit, asked)
     doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
     return [
-        *few_alike(_open(values, contacts)),
+        *few_alike(_open(values, contacts, loaded)),
         *_near(followed, at, values, unit),
         *_passed_over(followed, at, values, unit, requested),
         *([missing] if missing else []),
@@ -78,10 +79,10 @@ def _listed(values: Sequence[float], followed: str, unit: str) -> str:
     return where + (f" {unit}" if followed == "omega" else f" ({followed})")
 
 
-def _open(values: Mapping[str, Array], contacts: Sequence[str]) -> Iterator[str]:
+def _open(values: Mapping[str, Array], contacts: Sequence[str], loaded: Collection[str]) -> Iterator[str]:
     share = values.get("separation_fraction")
     if share is None or not len(share):
         return
     for name, shares in zip(contacts, np.asarray(share).T, strict=True):
-        if np.all(shares >= 1.0):
+        if np.all(shares >= 1.0) and name not in loaded:
             yield f"contact '{name}': it was open at every point, so it never acted: check its gap and its units"

@@ -23,7 +23,7 @@ from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.receptance import SMALL, Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, BoolArray, IntArray
+from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
@@ -35,6 +35,10 @@ Structures = Sequence[Mapping[str, float]]
 _WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
 """Relative motion of the further orders from which the reaction of the set is solved for: with a factored Jacobian, and
 with an iterative one, whose solve costs as much as a correction."""
+
+_STIFF = 1e-3
+"""Relative motion of the further orders from which the contacts' stiffness in these orders counts. It counts where it
+makes their motion smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
 
 _HELD = 4_000_000
 """Entries of the derivatives of one batch of points: 32 MB."""
@@ -168,12 +172,27 @@ def truncation(
         for port, F in zip(batch.ports, response.force, strict=True):
             force[:, port.rows] = F.reshape(n, batch.count, -1)[:, port.members]
     receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
-    parts = [
-        moved(one, further.m.astype(float), _loaded(balance, force[..., new]), omega, structures) for one in receptances
-    ]
-    added = np.zeros((n, sum(part.shape[1] for part in parts), wide.size))
-    added[..., new] = np.concatenate(parts, axis=1)[..., 1:]
+    orders = further.m.astype(float)
+
+    def answered(F: Array) -> Array:
+        """Motion of the further orders at ports and outputs that forces of these orders make."""
+        parts = [moved(one, orders, _loaded(balance, F), omega, structures) for one in receptances]
+        return np.concatenate(parts, axis=1)[..., 1:]
+
+    added = np.zeros((n, sum(one.static.shape[0] for one in receptances), wide.size))
+    added[..., new] = answered(force[..., new])
     largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
+    stiff = np.flatnonzero(more > _STIFF * largest) if balance.backend.name == "dense" else np.zeros(0, dtype=int)
+    for p in stiff.tolist():
+        D = _stiffness(balance, responses, p, n, new)
+        A = balance.receptance.adjusted(structures[p]).at(orders, omega[p])[0][:, :, : balance.n_ports]
+        passing = _held(A, D, added[p, : balance.n_ports, new].T)
+        force[p][:, new] += (D @ passing.ravel()).reshape(passing.shape)
+    if stiff.size:
+        less = answered(force[..., new])
+        smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
+        added[np.ix_(smaller, range(added.shape[1]), new)] = less[smaller]
+        more = largest_deviation(wide, added).max(axis=1, initial=0.0)
     worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
     at = np.flatnonzero(reactions.known & (more > worth))
     if at.size:
@@ -194,6 +213,40 @@ def truncation(
 def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     """Places of a set's orders above 0 among the coefficients of a wider one."""
     return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
+
+
+def _stiffness(balance: Balance, responses: Sequence[Any], point: int, count: int, new: Sequence[int]) -> Array:
+    """Derivative of the forces of the further orders by their motion at a point, (n_ports k, n_ports k)."""
+    k = len(new)
+    out = np.zeros((balance.n_ports, k, balance.n_ports, k))
+    for batch, response in zip(balance.batches, responses, strict=True):
+        for pair, tangent in _coupling(batch, response.by_motion, np.array([point]), count).items():
+            _, felt, moving = batch.couplings[pair]
+            out[felt, :, moving] += tangent[0][:, new][:, :, new]
+    return out.reshape(balance.n_ports * k, -1)
+
+
+def _among(added: Array, new: Sequence[int], other: Array) -> Array:
+    """A copy with other coefficients of the further orders."""
+    out = added.copy()
+    out[..., new] = other
+    return out
+
+
+def _held(A: ComplexArray, D: Array, free: Array) -> Array:
+    """Motion of the further orders (n_ports, 2 k) that the contacts let pass, from ``free`` without their stiffness.
+
+    ``(1 + A D) X = free``: stiff contacts move far less than the forces of these orders would move the structure
+    alone. ``A`` (k, n_ports, n_ports) is the receptance.
+    """
+    k, ports = A.shape[0], A.shape[1]
+    B = np.zeros((ports, k, 2, ports, k, 2))
+    at = np.arange(k)
+    for i, j, part in ((0, 0, A.real), (0, 1, A.imag), (1, 0, -A.imag), (1, 1, A.real)):
+        B[:, at, i, :, at, j] = part
+    system = B.reshape(2 * ports * k, -1) @ D
+    system[np.diag_indices_from(system)] += 1.0
+    return np.asarray(np.linalg.solve(system, free.ravel())).reshape(free.shape)
 
 
 def _coupling(

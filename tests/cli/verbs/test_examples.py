@@ -21,7 +21,7 @@ def test_every_case_and_script_is_offered() -> None:
     assert files <= set(offered)
     assert len(offered) == len(list(folder().glob("*/*.toml"))) + len([e for e in offered.values() if not e.is_case])
     used = set(offered) | {need for found in offered.values() for need in found.needs}
-    assert {path for path in folder().glob("*/*.*") if path.suffix in (".toml", ".py", ".npz")} == used
+    assert {path for path in folder().glob("*/*.*") if path.suffix in (".toml", ".py", ".npz", ".inp")} == used
 
 
 def test_names_of_cases_are_not_used_twice() -> None:

@@ -229,7 +229,9 @@ class ModeRequest(Request):
 
     def value_warnings(self, values: Mapping[str, Array]) -> list[str]:
         """Warnings about limits of the mode and about suspicious values."""
-        return [*self._mode_warnings(values), *result_warnings("omega", values, self.free.problem.elements)]
+        free = self.free.problem
+        found = result_warnings("omega", values, free.elements, loaded=free.preloaded_elements)
+        return [*self._mode_warnings(values), *found]
 
     def _mode_warnings(self, values: Mapping[str, Array]) -> Iterator[str]:
         damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]

@@ -224,7 +224,9 @@ class Request(AnalysisRequest):
         unit, accuracy = problem.units.angular, self.options.adapt_harmonics
         return [
             *drift_warnings(problem, values),
-            *result_warnings(self.followed, values, problem.elements, unit, accuracy, self.requested),
+            *result_warnings(
+                self.followed, values, problem.elements, unit, accuracy, self.requested, problem.preloaded_elements
+            ),
         ]
 
 
