@@ -22,12 +22,11 @@ if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.layout import Tangents
 
-DENSE_UP_TO = 850
-"""Unknowns up to which a dense Jacobian costs no more than an iterative one.
+DENSE_UP_TO = 500
+"""Unknowns up to which a dense Jacobian costs less than an iterative one, by chains: 8.3 against 4.8 ms a point with 840.
 
-Measured with 861 unknowns of 40 planar contacts in a bolted lap: soft contacts 2.3 s either way; stiff ones 6.5 s and
-131 points against 15.1 s and 318, since a small residual of a correction may leave a large error there, which makes
-Newton contract slowly and steps short.
+Stiff planar joints are otherwise: with 861 unknowns of 40 contacts in a bolted lap a curve took 6.5 s and 131 points
+against 15.1 s and 318, since a small residual of a correction may leave a large error there.
 """
 
 MOST_UNKNOWNS = {"dense": 12_000, "iterative": 500_000}

@@ -36,10 +36,6 @@ _WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
 """Relative motion of the further orders from which the reaction of the set is solved for: with a factored Jacobian, and
 with an iterative one, whose solve costs as much as a correction."""
 
-_STIFF = 1e-3
-"""Relative motion of the further orders from which the contacts' stiffness in these orders counts. It counts where it
-makes their motion smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
-
 _HELD = 4_000_000
 """Entries of the derivatives of one batch of points: 32 MB."""
 
@@ -48,6 +44,10 @@ _MANY = 1000
 
 WARNED_TRUNCATION = 1e-2
 """Truncation error from which results carry a warning."""
+_STIFF = WARNED_TRUNCATION
+"""Relative motion of the further orders from which the contacts' stiffness in these orders counts: a linear system at
+each point, where without it a warning would follow. It counts where it makes their motion smaller: with tangents of
+slipping contacts ``1 + A D`` may be next to singular."""
 
 
 @lru_cache(maxsize=16)
