@@ -14,6 +14,8 @@ from tests.helpers.planar_march import marched
 import slipstick as ss
 from slipstick.contact.forces import element_forces
 from slipstick.contact.law import Motion, Response
+from slipstick.contact.planar_in_time import SLIP, PlanarInTime
+from slipstick.contact.regimes import InTime
 from slipstick.errors import InputError
 from slipstick.typing import Array
 
@@ -520,3 +522,14 @@ class TestParameters:
         contact = ss.PlanarFrictionContact(kt=1.0, mu=0.1, normal_load=1.0, tolerance=1e-5)
         assert contact.changed(mu=0.2).tolerance == 1e-5
         assert "tolerance=1e-05" in repr(contact)
+
+
+def test_slip_whose_load_has_gone_has_finite_rates() -> None:
+    """At the end of contact rounding may leave no penetration at all."""
+    values = {name: np.full((1, 1), value) for name, value in {"kt": 2.0, "mu": 0.3, "kn": 5.0, "gap": 1.0}.items()}
+    q, velocity, memory = np.array([0.1, 0.2, 1.0]), np.array([1.0, -0.5, -0.3]), np.array([0.4, 0.0])
+    at = InTime(*(a[:, None, None] for a in (q, velocity, memory)), values, np.zeros((3, 1, 1)), 1.0)
+    forces, rates = PlanarInTime().rate(SLIP, at)
+    assert forces[2] == 0.0
+    slopes = PlanarInTime().slopes(SLIP, at)
+    assert all(np.isfinite(part).all() for part in (rates, slopes.values, PlanarInTime().relaxation(SLIP, at)))

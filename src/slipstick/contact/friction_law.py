@@ -23,6 +23,8 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
+_OWN = ("kt", "mu", "kn", "gap")
+"""Parameters of the element, in the order of its kernel."""
 EDGE = 1e-12
 """Phase (rad) by which intervals overlap, so that each phase is in one of them."""
 LARGEST_FRICTION = 2.0
@@ -80,7 +82,7 @@ class FrictionLaw(Law):
     @default
     def tabulated(self) -> tuple[str, ...]:
         """All parameters; none of contacts that remember where they were at rest, which ``respond`` alone knows."""
-        return () if REST in self.values else ("kt", "mu", "kn", "gap")
+        return () if REST in self.values else _OWN
 
     def respond_on_ports(
         self, harmonics: Harmonics, placed: Placed, on_ports: Array, values: Mapping[str, Array]
@@ -193,7 +195,8 @@ def friction_in_time(motion: Motion, values: Mapping[str, Array], tau: Array) ->
     from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
 
     h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
-    values, rest = rest_of(values)
+    rest = rest_of(values)[1]
+    values = {name: values[name] for name in _OWN}
     intervals = element_intervals(h, X, Y, v=v, **values)
     H = h.H_minus(tau)
     normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)

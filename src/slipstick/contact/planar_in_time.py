@@ -27,6 +27,12 @@ _WITHIN = 1e-6
 """Distance from the circle, over its radius, within which a start slips."""
 
 
+def _limit(at: InTime, normal: Array) -> Array:
+    """Friction limit in slip: not below that of the penetration at which contacts open, whatever rounding leaves."""
+    v = at.values
+    return np.asarray(v["mu"] * np.maximum(normal, 0.5 * SMALL * at.length * v["kn"]))
+
+
 class PlanarInTime(Regimes):
     """Two tangential ports and the normal one; parameters kt, mu, kn, gap."""
 
@@ -65,7 +71,7 @@ class PlanarInTime(Regimes):
             rates[:] = v["kt"] * at.drift[:2]
         elif regime == SLIP:
             c, s = np.cos(at.memory[0]), np.sin(at.memory[0])
-            rates[0] = v["kt"] * (at.velocity[1] * c - at.velocity[0] * s) / (v["mu"] * forces[2])
+            rates[0] = v["kt"] * (at.velocity[1] * c - at.velocity[0] * s) / _limit(at, forces[2])
         return rates
 
     def slopes(self, regime: int, at: InTime) -> TimeSlopes:
@@ -75,7 +81,7 @@ class PlanarInTime(Regimes):
         rates = self._memory_rate(regime, at, forces)
         out[:3, :3], out[:3, 6:] = by_force[:, :3], by_force[:, 3:]
         if regime == SLIP:
-            b, c, s = v["mu"] * forces[2], np.cos(at.memory[0]), np.sin(at.memory[0])
+            b, c, s = _limit(at, forces[2]), np.cos(at.memory[0]), np.sin(at.memory[0])
             over = v["kt"] / b
             out[3, 3], out[3, 4], out[3, 2] = -over * s, over * c, -rates[0] * v["mu"] * v["kn"] / b
             out[3, 6] = -over * (at.velocity[0] * c + at.velocity[1] * s)
@@ -97,7 +103,7 @@ class PlanarInTime(Regimes):
             return np.zeros(at.q.shape[1:])
         v = at.values
         along = at.velocity[0] * np.cos(at.memory[0]) + at.velocity[1] * np.sin(at.memory[0])
-        return np.asarray(-v["kt"] * along / (v["mu"] * v["kn"] * (at.q[2] - v["gap"])))
+        return np.asarray(-v["kt"] * along / _limit(at, v["kn"] * (at.q[2] - v["gap"])))
 
     def guards(self, regime: int, at: InTime) -> Array:
         """Guards of beginning, loaded and ending contact; of the circle; of the velocity of slip."""

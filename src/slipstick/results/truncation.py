@@ -44,10 +44,12 @@ _MANY = 1000
 
 WARNED_TRUNCATION = 1e-2
 """Truncation error from which results carry a warning."""
-_STIFF = WARNED_TRUNCATION
+_STIFF = 1e-3
 """Relative motion of the further orders from which the contacts' stiffness in these orders counts: a linear system at
-each point, where without it a warning would follow. It counts where it makes their motion smaller: with tangents of
-slipping contacts ``1 + A D`` may be next to singular."""
+each point, before the reaction of the set may multiply that motion by a hundred. It counts where it makes the motion
+smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
+_LARGEST_SYSTEM = 1000
+"""Unknowns of that system up to which it is solved, 20 ms each; beyond, stiff contacts make the estimate too large."""
 
 
 @lru_cache(maxsize=16)
@@ -182,7 +184,8 @@ def truncation(
     added = np.zeros((n, sum(one.static.shape[0] for one in receptances), wide.size))
     added[..., new] = answered(force[..., new])
     largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
-    stiff = np.flatnonzero(more > _STIFF * largest) if balance.backend.name == "dense" else np.zeros(0, dtype=int)
+    small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
+    stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
     for p in stiff.tolist():
         D = _stiffness(balance, responses, p, n, new)
         A = balance.receptance.adjusted(structures[p]).at(orders, omega[p])[0][:, :, : balance.n_ports]
