@@ -108,8 +108,7 @@ def test_a_rotor(old: str, new: str, said: str) -> None:
     ("old", "new", "said"),
     [
         ("mass =", "mas =", "unknown key 'mas' in [structure]; did you mean 'mass'?"),
-        ('["a", "c"]', '["a", "d"]', "[structure] keep: there is no dof 'd' in the model; its names look like 'a', "
-         "'b', 'c'"),
+        ('["a", "c"]', '["a", "d"]', "[structure] keep: there is no dof 'd'; there are a, b, c"),
         ("modes = 2\n", "", "[structure] modes is missing; give a whole number >= 1, how many elastic modes to keep"),
         ("{ a = 1.0, c = -1.0 }", '"a"', "[[contact]] 'clamp': its mean force pushes the structure away, and nothing "
          "holds it; hold the structure, or give the contact between two of its dofs on one line"),

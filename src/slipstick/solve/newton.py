@@ -33,9 +33,12 @@ _DAMPING_RATIO = 0.5
 """Ratio of a damping to the one tried before it."""
 
 # Stagnation and rounding.
-_NO_CONTRACTION, _CONTRACTION = 0.5, 0.1
+_STALLED, _CONTRACTION = 0.45, 0.1
 """A correction that is more than the first factor of the one before has stalled, unless that one had fallen below the
-second factor of its predecessor: the next correction then shows whether rounding is reached."""
+second factor of its predecessor: the next correction then shows whether rounding is reached. At a double root, as at a
+corner, corrections contract by one half."""
+_NO_CONTRACTION = 0.5
+"""Ratio to the smallest correction so far above which there is no progress."""
 _ROUNDING_CORRECTION = 1e-3
 """Largest scaled correction of a state that may be a solution to rounding: with a larger one it is not near any."""
 _ROUNDING_ERROR = 16.0 * float(np.finfo(float).eps)
@@ -377,7 +380,7 @@ def _since_best(sizes: list[float]) -> int:
 
 def stalls(size: Any, before: Any, earlier: Any) -> Any:
     """Whether corrections no longer shrink, from the last size and the two before it."""
-    return (size > _NO_CONTRACTION * before) & (before > _CONTRACTION * earlier)
+    return (size > _STALLED * before) & (before > _CONTRACTION * earlier)
 
 
 def is_clear_gain(natural: Any, size: Any, options: NewtonOptions) -> Any:
