@@ -54,6 +54,6 @@ def test_what_is_no_value(given: Any, sentence: str) -> None:
 def test_boxes_of_samples() -> None:
     assert sampled_range(("mu",), [0.1, 0.4]) == (0.1, 0.4, "linear")
     assert sampled_range(("mu",), {"from": 1, "to": 9, "spacing": "log"}) == (1.0, 9.0, "log")
-    for given, sentence in (([1, 2, 3], "the ends of a range"), ({"from": 1, "to": 2, "count": 9}, "samples are counted")):
+    for given, sentence in (([1, 2, 3], "ends of a range"), ({"from": 1, "to": 2, "count": 9}, "samples are counted")):
         with pytest.raises(InputError, match=sentence):
             sampled_range(("mu",), given)
