@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.layout import paired
 from slipstick.structure.receptance import Factors, Receptance
 from slipstick.typing import Array, ComplexArray
 
@@ -121,11 +122,7 @@ def driving(x: Array, F: Array, P: Array, springs: Array, support: Array) -> Com
     ``x`` and ``F`` (n_ports, L), ``P`` (n_loads, L). Springs ``i k`` and those that ``support`` harmonic 0 have
     stiffnesses (n_ports,), or are empty.
     """
-    ports, L = F.shape
-    pairs = np.zeros((ports + len(P), L + 1))
-    for rows, part in ((pairs[:ports], F), (pairs[ports:], -P)):
-        rows[:, 0], rows[:, 2:] = part[:, 0], part[:, 1:]
-    G = pairs.view(complex)
+    ports, G = len(F), paired(F, P)
     if support.size:
         G[:ports, 0] -= support * x[:, 0]
     if springs.size:

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
 from slipstick.balance.contact_jacobian import ContactJacobian
+from slipstick.balance.layout import PortPair, paired
 from slipstick.balance.states import power_rows, state_columns
 from slipstick.contact.law import add_to
 from slipstick.errors import Fault, InputError
@@ -72,8 +73,8 @@ class DenseBackend:
         self, balance: Balance, tangents: Tangents, compliance: Any, states: Sequence[Carried] = ()
     ) -> Jacobian:
         """With all entries, written at their first use."""
-        product = None if states else lambda x: _product(balance, tangents, compliance, x)
-        return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size, product)
+        entries = _Dense(balance, tangents, compliance, states)
+        return DenseJacobian(entries.write, balance.size, None if states else entries.product)
 
 
 class IterativeBackend:
@@ -94,31 +95,41 @@ class IterativeBackend:
         return ContactJacobian(balance, tangents, compliance, states)
 
 
-def _product(balance: Balance, tangents: Tangents, compliance: Compliance, x: Array) -> Array:
-    """``(I + A dF/dX) x`` (N,)."""
-    motion, forces = x.reshape(balance.n_ports, balance.L), np.zeros((balance.n_ports, balance.L))
-    out = motion.copy()
-    for k, by_ports in enumerate(tangents):
-        coupled = balance.batches[k].coupled
-        for pair, tangent in _anchored(balance, k, by_ports).items():
-            if pair in coupled:
-                fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
-                sums().add_force_changes(fit, *coupled[pair], motion, forces)
-    sums().add_answer(compliance.value, forces, out)
-    return out.reshape(-1)
+class _Dense:
+    """``I + A dF/dX`` with the terms of contact states, to be written or multiplied with."""
 
+    def __init__(self, balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried]) -> None:
+        self._balance, self._tangents, self._compliance, self._states = balance, tangents, compliance, states
+        self._known: list[tuple[Array, PortPair]] | None = None
 
-def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried], out: Array) -> None:
-    N, add = balance.size, sums().add_products
-    out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
-    for k, by_ports in enumerate(tangents):
-        coupled = balance.batches[k].coupled
-        for pair, tangent in _anchored(balance, k, by_ports).items():
-            if pair in coupled:
-                fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
-                add(compliance.value, fit, *coupled[pair], out.T)
-    for carried in states:
-        out[:N, :N] += state_columns(balance, carried, compliance) @ power_rows(balance, carried)
+    def _coupled(self) -> list[tuple[Array, PortPair]]:
+        """Tangents between ports that some element has, as compiled code takes them, with their places."""
+        if self._known is None:  # no cached_property: it is read once in most Jacobians
+            self._known = []
+            for k, by_ports in enumerate(self._tangents):
+                coupled = self._balance.batches[k].coupled
+                for pair, tangent in _anchored(self._balance, k, by_ports).items():
+                    if pair in coupled:
+                        fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
+                        self._known.append((fit, coupled[pair]))
+        return self._known
+
+    def write(self, out: Array) -> None:
+        """Write all entries into the first rows and columns of ``out``."""
+        N, add = self._balance.size, sums().add_products
+        out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
+        for tangent, places in self._coupled():
+            add(self._compliance.value, tangent, *places, out.T)
+        for carried in self._states:
+            out[:N, :N] += state_columns(self._balance, carried, self._compliance) @ power_rows(self._balance, carried)
+
+    def product(self, x: Array) -> Array:
+        """Product with x (N,), without contact states."""
+        motion = x.reshape(self._balance.n_ports, -1)
+        forces = np.zeros(motion.shape)
+        for tangent, places in self._coupled():
+            sums().add_force_changes(tangent, *places, motion, forces)
+        return x + self._compliance.answer(paired(forces))
 
 
 def _anchored(

@@ -242,12 +242,7 @@ class PortLayout:
 
         ``n`` is () of one motion, (n,) of n motions.
         """
-        G = np.zeros((*n, self.n_ports + (0 if P is None else P.shape[-2]), self.L + 1))
-        self.gathered(forces, G[..., 1:])
-        if P is not None:
-            np.negative(P, out=G[..., self.n_ports :, 1:])
-        G[..., 0], G[..., 1] = G[..., 1], 0.0
-        return G.view(complex)
+        return paired(self.gathered(forces, np.zeros((*n, self.n_ports, self.L))), P)
 
     def real(self, z: ComplexArray) -> Array:
         """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
@@ -255,6 +250,17 @@ class PortLayout:
         out = np.empty((len(z), self.L))
         out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
         return out.reshape(-1)
+
+
+def paired(F: Array, P: Array | None = None) -> ComplexArray:
+    """``F - P`` on all columns as complex numbers (..., n_columns, n + 1), of forces (..., n_ports, L) and loads."""
+    ports, L = F.shape[-2:]
+    G = np.zeros((*F.shape[:-2], ports + (0 if P is None else P.shape[-2]), L + 1))
+    G[..., :ports, 1:] = F
+    if P is not None:
+        np.negative(P, out=G[..., ports:, 1:])
+    G[..., 0], G[..., 1] = G[..., 1], 0.0
+    return G.view(complex)
 
 
 def by_omega(response: Response, contact_inputs: ContactInputs, omega: float | Array) -> dict[int, Array]:

@@ -109,19 +109,6 @@ def add_force_changes(
 
 
 @compiled(allocates=True, nogil=True)
-def add_answer(value: ComplexArray, forces: Array, out: Array) -> None:
-    """Add ``A F`` of forces (n_ports, L) on the ports to ``out`` (n_ports, L)."""
-    rows, n = value.shape[1], value.shape[2] - 1
-    for c in range(len(forces)):
-        for p in range(rows):
-            out[p, 0] += value[c, p, 0].real * forces[c, 0]
-            for m in range(1, n + 1):
-                z = value[c, p, m] * complex(forces[c, 2 * m - 1], forces[c, 2 * m])
-                out[p, 2 * m - 1] += z.real
-                out[p, 2 * m] += z.imag
-
-
-@compiled(allocates=True, nogil=True)
 def products_of_many(
     value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
 ) -> None:
