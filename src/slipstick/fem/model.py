@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array, issparse, vstack
@@ -28,6 +29,7 @@ from slipstick.fem.equations import (
 )
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.load_steps import LoadStep
+from slipstick.fem.loads import area_weights
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
@@ -37,6 +39,21 @@ from slipstick.units import Units
 
 _ROUNDING = 1e-13
 """Sums below this fraction of their terms are rounding: some hundred terms of 1e-16 each."""
+
+
+class _Mean(NamedTuple):
+    """Mean motion of nodes: their labels (n,), the share of each (n,), and along which component."""
+
+    labels: IntArray
+    shares: Array
+    component: int
+
+    def at(self, nodes: IntArray, components: IntArray) -> Array:
+        """Shares (m,) of degrees of freedom."""
+        order = np.argsort(self.labels)
+        place = order[np.searchsorted(self.labels, nodes, sorter=order).clip(max=len(order) - 1)]
+        here = (self.labels[place] == nodes) & (components == self.component)
+        return np.where(here, self.shares[place], 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,7 +212,9 @@ class FiniteElementModel:
     def directions(self, dofs: Sequence[str]) -> csc_array:
         """Columns (n, len(dofs)), each a unit force on its dof; ``columns.T @ q`` is the motion of the dofs.
 
-        Dependent ones have the columns of what they depend on.
+        Dependent ones have the columns of what they depend on. "HEAD z" is the mean motion of the surface or node set
+        HEAD along z: nodes count by their share of the area of a surface, evenly in a node set. A force on it is
+        spread by the same shares.
 
         Raises
         ------
@@ -206,20 +225,52 @@ class FiniteElementModel:
         for dof in dofs:
             if dof in self._dependent_rows and self.dependence is not None:
                 parts.append(self.dependence[[self._dependent_rows[dof]]])
+            elif (mean := self._mean_of(dof)) is not None:
+                parts.append(self._mean_motion(dof, mean))
             else:
                 parts.append(csr_array(([1.0], ([0], [self.index(dof)])), shape=(1, self.n_dofs)))
         return csc_array(vstack(parts).T) if parts else csc_array((self.n_dofs, 0))
 
+    def has_direction(self, dof: str) -> bool:
+        """Whether ``directions`` knows a name."""
+        return dof in self._rows or dof in self._dependent_rows or self._mean_of(dof) is not None
+
+    def _mean_of(self, dof: str) -> _Mean | None:
+        """What "HEAD z" is the mean of; None where no surface or node set is called so."""
+        name, _, axis = dof.rpartition(" ")
+        if axis not in COMPONENTS[:3] or dof in self._rows:
+            return None
+        if self.mesh is not None and name in self.mesh.surfaces:
+            shares = area_weights(self.mesh, self.mesh.surfaces[name])
+            nodes = np.flatnonzero(shares)
+            return _Mean(self.mesh.labels[nodes], shares[nodes] / shares.sum(), COMPONENTS.index(axis))
+        labels = np.unique(self.node_sets.get(name, ()))
+        return _Mean(labels, np.full(len(labels), 1.0 / len(labels)), COMPONENTS.index(axis)) if len(labels) else None
+
+    def _mean_motion(self, dof: str, mean: _Mean) -> csr_array:
+        row = csr_array(mean.at(self.dof_nodes, self.dof_components)[None])
+        if self.dependence is not None:
+            row = row + csr_array(mean.at(*self.dependent.T)[None]) @ self.dependence
+        if not row.nnz:
+            remedy = "it can carry no contact, load or output"
+            raise InputError(Fault(statement=f"dof '{dof}' is the mean of nodes that are all held", remedy=remedy))
+        return row
+
     def dof_positions(self, dofs: Sequence[str]) -> Array:
         """Positions (n, 3) of the nodes of dofs, nan where they have none; raises InputError as ``directions`` does."""
         known = dict(zip(self.node_ids.tolist(), self.coordinates, strict=True))
-        labels = [
-            self.dependent[self._dependent_rows[dof], 0]
-            if dof in self._dependent_rows
-            else self.dof_nodes[self.index(dof)]
-            for dof in dofs
-        ]
-        return np.array([known.get(int(label), np.full(3, np.nan)) for label in labels]).reshape(-1, 3)
+        places = []
+        for dof in dofs:
+            mean = self._mean_of(dof) or self._alone(dof)
+            nodes = np.array([known.get(int(label), np.full(3, np.nan)) for label in mean.labels])
+            places.append(mean.shares @ nodes)
+        return np.array(places).reshape(-1, 3)
+
+    def _alone(self, dof: str) -> _Mean:
+        """A dof of one node."""
+        row = self._dependent_rows.get(dof)
+        label, component = self.dependent[row] if row is not None else (self.dof_nodes[self.index(dof)], 0)
+        return _Mean(np.array([label]), np.ones(1), int(component))
 
     def translation(self, axis: str) -> Array:
         """The unit motion (n,) of the whole model along "x", "y" or "z".

@@ -98,11 +98,19 @@ def require_names(
 
 
 def _dof_faults(model: FiniteElementModel, keep: Sequence[str]) -> Iterator[Fault]:
-    free = {*model.dofs, *model.dependent_dofs} if keep else set()
-    remedy = f"names look like {', '.join(model.dofs[:3])}" if keep else ""
     for name in keep:
-        if name not in free:
-            yield Fault("keep", f"there is no free dof '{name}' in the model", remedy=remedy)
+        if not model.has_direction(name):
+            yield Fault("keep", f"there is no free dof '{name}' in the model", remedy=_names_like(model, name))
+
+
+def _names_like(model: FiniteElementModel, name: str) -> str:
+    """What dofs are called, or the surface or node set whose name is close."""
+    sets = user_names({**model.node_sets, **({} if model.mesh is None else model.mesh.surfaces)})
+    of, _, axis = name.rpartition(" ")
+    if axis in ("x", "y", "z") and (close := suggestion(of, sets)).startswith("did"):
+        return close
+    means = f', or "{sets[0]} x", the mean of a surface or node set' if sets else ""
+    return f"names look like {', '.join(model.dofs[:3])}{means}"
 
 
 def _pair_faults(model: FiniteElementModel, pairs: Sequence[SurfacePair]) -> Iterator[Fault]:

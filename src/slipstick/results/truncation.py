@@ -303,8 +303,10 @@ def truncation_sentence(
     worst = int(np.nanargmax(estimate))
     above, least = int(np.sum(estimate > limit)), 100.0 * limit
     where = f"{name} = {values[worst]:.6g}" + (f" {unit}" if name == "omega" else "")
+    percent = 100.0 * estimate[worst]
+    most = f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}"
     return (
-        f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "
+        f"the harmonics left out would add about {most} % of the amplitude at {where} (and more "
         f"than {least:g} % at {above} of {estimate.size} points): keep more harmonics"
     )
 

@@ -1,5 +1,6 @@
 """Load steps against closed forms: bolts, heat, sliders, histories of friction."""
 
+import dataclasses
 import warnings
 
 import numpy as np
@@ -392,3 +393,19 @@ def test_rubbing_is_left_out_and_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ss.preload(iwan(), ss.LoadStep(loads=static("x", 0.1)))
+
+
+def test_other_values_than_those_of_the_load_steps_are_told():
+    problem = iwan()
+    state = ss.preload(problem, ss.LoadStep(loads=static("x", 0.1)))
+    stiffer = [dataclasses.replace(pair, contact=pair.contact.changed(kt=9.0)) for pair in problem.contacts[:1]]
+    with pytest.warns(ss.SlipstickWarning, match=rf"other values of {problem.contacts[0].name}\.kt, and are not"):
+        ss.Problem(problem.structure, contacts=[*stiffer, *problem.contacts[1:]], preload=state)
+
+
+def test_a_step_that_is_not_there_and_a_folder_that_is_not_there(tmp_path):
+    state = ss.preload(iwan(), ss.LoadStep(loads=static("x", 0.1)))
+    with pytest.raises(InputError, match="step: found 7; expected a whole number from -1 to 0"):
+        state.table(7)
+    with pytest.raises(InputError, match=r"preload\.nc: cannot be written \(No such file or directory\)"):
+        state.save(tmp_path / "missing" / "preload.nc")

@@ -21,6 +21,7 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.start import FirstPoint
 from slipstick.contact.law import Response
 from slipstick.errors import Fault, InputError
+from slipstick.html import some
 from slipstick.results.record import Outputs
 from slipstick.structure.cyclic import TravellingWave
 from slipstick.structure.matrices import MatrixStructure
@@ -242,7 +243,11 @@ def _modal(problem: Problem, number: int, dof: str) -> tuple[ModalStructure, Arr
     if number >= count:
         faults.append(Fault("mode", found=str(number + 1), expected=f"a number from 1 to {count}"))
     elif shape[structure.dofs.index(dof)] <= _AT_REST * shape.max():
-        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
+        row = np.abs(structure.mode_shapes[structure.dofs.index(dof)])
+        sizes = np.abs(structure.mode_shapes).max(axis=0)
+        moves = some([str(k + 1) for k in np.flatnonzero(row > _AT_REST * sizes)], 5)
+        remedy = f"name another dof, or a mode in which it moves: {moves or 'there is none'}"
+        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy=remedy))
     if faults:
         raise InputError(faults)
     return structure, viscous

@@ -34,6 +34,8 @@ _STILL = 3
 """Halvings of an increment before that is taken."""
 _CUTS = 12
 """Halvings of an increment, at most."""
+_ROUNDING = 1e-14
+"""Motion without friction force, over the largest motion of any contact, that is rounding."""
 _LINES = 8
 """Contacts that a message names, at most."""
 
@@ -260,7 +262,9 @@ class March:
             elastic = np.broadcast_to(values["kt"] > 0.0, contacts.force[:-1].shape)
             stretched = np.divide(contacts.force[:-1], values["kt"], out=np.zeros(elastic.shape), where=elastic)
             out.append(contacts.before[:-1] - stretched)
-        return out
+        every = [*out, *(contacts.before[:-1] for contacts in state.contacts)]
+        size = max((float(np.max(np.abs(part), initial=0.0)) for part in every), default=0.0)
+        return [np.where(np.abs(rest) > _ROUNDING * size, rest, 0.0) for rest in out]
 
     def displacement(self, state: State, outputs: Sequence[str]) -> Array:
         """Displacement of outputs (n_outputs,)."""

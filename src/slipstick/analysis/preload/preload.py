@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -17,9 +18,11 @@ from slipstick.balance.problem import Problem
 from slipstick.contact.names import block_of
 from slipstick.contact.rest import REST, SECOND_REST
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, one, several, warn, wrong
+from slipstick.faults import Gathering, one, several, warn, whole, wrong
+from slipstick.faults import path as path_of
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.html import some
+from slipstick.replacing import replacing
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -94,10 +97,11 @@ class Preload:
         if given != loaded:
             remedy = "give the contacts of the problem that was preloaded"
             raise InputError(Fault("preload", "is that of a problem with other contacts", remedy=remedy))
-        out, at = [], 0
-        for pair in contacts:
+        out, at, changed = [], 0, list[str]()
+        for before, pair in zip(self.problem.contacts, contacts, strict=True):
             here = slice(at, at + len(pair))
             at += len(pair)
+            changed += _changed(before, pair)
             own = {"gap": self.gaps[here], **dict(zip((REST, SECOND_REST), self.rests[here].T, strict=True))}
             if "second" not in pair.contact.ports:
                 del own[SECOND_REST]
@@ -105,10 +109,20 @@ class Preload:
                 del own["gap"]
             one = {name: float(value[0]) if len(pair) == 1 else value for name, value in own.items()}
             out.append(replace(pair, contact=pair.contact.changed(**one)))
+        if changed:
+            warn([f"load steps were computed with other values of {some(changed, 5)}, and are not computed again"])
         return out, [*(load for load in loads if load.harmonic), *self.loads]
 
     def table(self, step: int = -1) -> str:
-        """The joints and bolts after a step, as a text."""
+        """The joints and bolts after a step, as a text; steps count from 0, negative numbers from the end.
+
+        Raises
+        ------
+        InputError
+            For a step that is not there.
+        """
+        count = len(self.dataset.step)
+        step = whole("step", step, -count, count - 1)
         data, units = self.dataset.isel(step=step), self.problem.units
         lines = [f"after {data.step.item()}:"]
         for joint in data.joint.values.tolist():
@@ -123,9 +137,21 @@ class Preload:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write the dataset as netCDF, which xarray opens; the path."""
-        target = Path(path)
-        self.dataset.to_netcdf(target, engine="h5netcdf")
+        """Write the dataset as netCDF, which xarray opens, and return the path.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        target, content = path_of("save", path, "the path of a file such as preload.nc"), BytesIO()
+        self.dataset.to_netcdf(content, engine="h5netcdf")
+        try:
+            with replacing(target) as temporary:
+                temporary.write_bytes(content.getvalue())
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InputError(f"{target}: cannot be written ({reason}); choose another place") from None
         return target
 
     def __repr__(self) -> str:
@@ -259,6 +285,15 @@ def _notes(last: State) -> Iterator[str]:
             "contacts that stick all period keep the friction force of the preload, up to the friction limit; "
             "contacts that slip lose it"
         )
+
+
+def _changed(before: ContactPair, pair: ContactPair) -> list[str]:
+    """Parameters of a contact that are not those of the load steps; what these give themselves does not count."""
+    given = {"gap", REST, SECOND_REST}
+    if type(before.contact) is not type(pair.contact):
+        return [f"'{pair.name}', whose law is another"]
+    names = [name for name in pair.contact.values if name not in given]
+    return [f"{pair.name}.{name}" for name in names if not np.array_equal(pair.values(name), before.values(name))]
 
 
 def _by_element(problem: Problem, parts: Sequence[Array]) -> Array:
