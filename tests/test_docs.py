@@ -34,6 +34,8 @@ NOT_RUN = {
     "#!/usr/bin/env python": "workers of a cluster",
     "apiVersion": "workers of a cluster",
     ". rubs": "enters an environment",
+    'SetFactory("OpenCASCADE")': "a geometry for Gmsh",
+    "gmsh lap.geo": "needs Gmsh",
     "case.toml ──>": "a drawing",
     "analysis/curve/response.py  ": "a drawing",
     "{eval-rst}": "what the site makes from docstrings",

@@ -5,6 +5,7 @@ import pytest
 
 import slipstick as ss
 from slipstick.case.script import python_script
+from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
@@ -207,3 +208,30 @@ def test_faults_of_a_file_of_pressures(pressed, old, new, said):
         case(pressed, PRESSED.replace(old, new)).problem()
     assert said in str(caught.value)
     assert "joint" in str(caught.value)
+
+
+BOLTED = """
+[[bolt]]
+name = "bolt"
+elongation = { "upper.z1 z" = 1.0, "lower.z0 z" = -1.0 }
+stiffness = 1e8
+force = 50.0
+
+[[load]]
+dof = "lower.x1 y"
+cos = 2.0
+
+[response]
+"""
+
+
+def test_bolts_and_loads_lie_on_means_of_surfaces(folder):
+    text = CASE.replace("[response]", BOLTED)
+    with pytest.raises(InputError) as error:
+        case(folder, text)
+    named = '"lower.x1 y", "upper.z1 z", "lower.z0 z"'
+    assert str(error.value) == f"[structure] keep: lacks dofs of the mesh that other tables name; add keep = [{named}]"
+    made = case(folder, text.replace("modes = 20", f"modes = 20\nkeep = [{named}]"))
+    state = made.preloaded
+    assert state.dataset.normal_force.values[0, -1] == pytest.approx(50.0, rel=1e-9)
+    assert made.problem().contacts[-1].name == "bolt"

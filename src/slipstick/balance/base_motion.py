@@ -97,6 +97,22 @@ def base_shape(load: Load, structure: Structure) -> str | None:
     return load.target if isinstance(load.base, str) and load.target in structure.load_shapes else None
 
 
+def static_forces(load: Load, problem: Problem) -> list[Load]:
+    """A load of harmonic 0 as forces at rest: a support that is accelerated is felt as ``-M r`` times its acceleration.
+
+    Displaced or not, a support at rest is felt not at all.
+    """
+    if load.motion is None:
+        return [load]
+    if load.motion != ACCELERATION:
+        return []
+    shape = base_shape(load, problem.structure)
+    if shape is not None:
+        return [Load(shape=shape, harmonic=0, cos=-load.cos)]
+    forces = -load.cos * _vector(load, problem)
+    return [Load(dof=problem.structure.dofs[k], harmonic=0, cos=float(forces[k])) for k in np.flatnonzero(forces)]
+
+
 def base_faults(
     base: Mapping[str, float] | str, structure: Structure | None, dofs: Sequence[str] | None
 ) -> Iterator[Fault]:

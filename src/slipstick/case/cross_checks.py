@@ -43,6 +43,10 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
         orders=sections.top.get("harmonics"),
         period_ratio=sections.period_ratio,
     )
+    if forgotten := _not_kept(sections, described):
+        keep = f"keep = [{', '.join(toml(dof) for dof in forgotten)}]"
+        yield Fault(("structure", "keep"), "lacks dofs of the mesh that other tables name", remedy=f"add {keep}")
+        known = replace(known, dofs=(*(known.dofs or ()), *forgotten))
     yield from _names((*sections.contacts, *sections.joints, *sections.bolts))
     for row in sections.loads:
         yield from (fault.inside(*row.where) for fault in _load(row, known))
@@ -56,6 +60,17 @@ def table_faults(sections: Sections, described: Described, placed: Sequence[Case
             yield Fault(row.where, "bolts and load steps are of single bodies, and the structure is a disc")
     yield from _dofs(sections, known if disc is None else replace(known, dofs=(*disc.sector.dofs, *disc.dofs)))
     yield from _sizes(sections, known, placed)
+
+
+def _not_kept(sections: Sections, described: Described) -> list[str]:
+    """Dofs of the full model that loads, bolts and results name, and the reduced one has not."""
+    if described.body is None or described.body.reduced is None:
+        return []
+    named = [row.get("dof") for row in sections.loads]
+    named += [dof for row in sections.bolts for dof in row.get("elongation") or ()]
+    named += [] if sections.output is None else sections.output.get("dofs") or ()
+    model, kept = described.body.reduced.full().model, described.dofs or ()
+    return [dof for dof in dict.fromkeys(named) if dof and dof not in kept and model.has_direction(dof)]
 
 
 def described_joints(described: Described) -> list[ContactPair]:

@@ -265,7 +265,9 @@ class DiscFeTable(ReductionTable):
     )
     pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
     keep: list[str] = Field(
-        default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y", "HEAD z"]'
+        default=[],
+        max_length=3 * MOST_CONTACTS,
+        description='a list of dofs of the mesh such as ["n123y", "HEAD z"]',
     )
     accuracy: RelativeError | None = Field(default=None, description=RELATIVE_ERROR)
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")

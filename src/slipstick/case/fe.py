@@ -207,7 +207,9 @@ class FeTable(StressTable):
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
     rotation: RotationTable | None = Field(default=None, description=ROTATION)
     keep: list[str] = Field(
-        default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y", "HEAD z"]'
+        default=[],
+        max_length=3 * MOST_CONTACTS,
+        description='a list of dofs of the mesh such as ["n123y", "HEAD z"]',
     )
     accuracy: RelativeError | None = Field(default=None, description=RELATIVE_ERROR)
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")

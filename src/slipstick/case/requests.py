@@ -237,23 +237,29 @@ class ModesTable(RequestTable):
         return case.problem().units.after("length")
 
     def summary(self, case: Case, branch: Solutions) -> tuple[list[str], dict[str, Any]]:
-        """The forced peaks of the load factors."""
+        """The first, the most damped and the last point, and the forced peaks of the load factors."""
         data = branch.table
         factor, ratio, dof = (
             data["load_factor"].to_numpy(),
             data["modal_damping"].to_numpy(),
             str(data.attrs["mode_of"]),
         )
+        marked = {"first": 0, "most damped": int(np.argmax(ratio)), "last": len(ratio) - 1}
+        points = {name: {**_peak(data, dof, k), "damping": ratio[k]} for name, k in marked.items()}
+        lines = [
+            f"{name}: {_peak_text(case, data, dof, point)}, damping ratio {100.0 * point['damping']:.3g} %"
+            for name, point in points.items()
+        ]
         asked = np.flatnonzero(data["kind"].to_numpy() == "requested")
         peaks = [_peak(data, dof, int(k)) for k in asked]
-        lines = [
+        lines += [
             f"loads times {factor[k]:.6g}: {_peak_text(case, data, dof, peak)}, damping ratio {100.0 * ratio[k]:.3g} %"
             for k, peak in zip(asked, peaks, strict=True)
         ]
         answers = [
             {"load_factor": factor[k], **peak, "damping": ratio[k]} for k, peak in zip(asked, peaks, strict=True)
         ]
-        return lines, {"peaks": answers}
+        return lines, {"points": points, "peaks": answers}
 
     def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Frequency and damping over the amplitude."""

@@ -144,8 +144,8 @@ def reduced_body(
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
-        Further dofs of the full model to keep, such as "n123y"; "HEAD z" is the mean motion of the surface or node set HEAD
-        along z.
+        Further dofs of the full model to keep, such as "n123y"; "HEAD z" is the mean motion of the surface or node set
+        HEAD along z.
     pairs
         Contacts between two surfaces of the model, from :func:`surface_pair`: their motions are kept.
     modes

@@ -363,8 +363,8 @@ def reduced_sector(
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
     keep
-        Further dofs of the full model to keep, such as "n123y"; "HEAD z" is the mean motion of the surface or node set HEAD
-        along z.
+        Further dofs of the full model to keep, such as "n123y"; "HEAD z" is the mean motion of the surface or node set
+        HEAD along z.
     pairs
         Contacts between two surfaces of the sector, from :func:`surface_pair`: their motions are kept.
     speed

@@ -6,7 +6,9 @@ from helpers.faults import raises_fault
 from helpers.oscillator import closed, damper, one_mass
 
 import slipstick as ss
+from slipstick.analysis.modes.free_problem import free_problem
 from slipstick.balance import contact_jacobian
+from slipstick.structure.modal import LoadShape
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -234,3 +236,49 @@ def test_the_range_is_that_of_harmonic_1_at_the_output(ends):
     assert d.modal_amplitude.values == pytest.approx(harmonic_1, rel=1e-8)
     assert np.abs(d.displacement.values[:, 2]).max() < 1e-9 * harmonic_1.max()
     assert d.displacement.values[:, 1].min() > 0.0
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.03])
+def test_the_least_damping_of_other_modes_is_that_of_the_eigenvalues(loss):
+    omega, ratio = np.array([1.0, 1.7, 3.1]), np.array([0.02, 0.005, 0.01])
+    shapes = np.random.default_rng(5).normal(size=(2, 3))
+    structure = ss.ModalStructure(
+        omega=omega, mode_shapes=shapes, dofs=["a", "b"], damping_ratio=ratio, loss_factor=loss
+    )
+    law = ss.FrictionContact(kt=0.4, mu=0.3, normal_load=1.0)
+    grip = ss.ContactPair(name="grip", contact=law, tangential={"a": 1.0, "b": -1.0})
+    _, linear = free_problem(ss.Problem(structure, contacts=grip, harmonics=[0, 1, 5]), 0, "a")
+    assert free_problem(ss.Problem(structure, contacts=grip, harmonics=[0, 1]), 0, "a")[1].least == np.inf
+    r = shapes[0] - shapes[1]
+    K = np.diag(omega**2).astype(complex) + 0.4 * np.outer(r, r)
+    exact = []
+    for number in (1, 2):
+        s = 1j * np.sqrt(np.linalg.eigvalsh(K.real)[number])
+        for _ in range(50):  # the quadratic eigenvalue problem, mode by mode
+            full = K + 1j * loss * np.diag(omega**2) + s * np.diag(2.0 * ratio * omega)
+            values = np.linalg.eigvals(full)
+            s = 1j * np.sqrt(values[np.argmin(np.abs(values + s**2))])
+        exact.append(-2.0 * s.real)
+    assert linear.least == pytest.approx(min(exact), rel=2e-3)
+
+
+@pytest.mark.parametrize("by_shape", [False, True])
+def test_weight_as_an_acceleration_of_the_support_is_a_static_load(by_shape):
+    structure = ss.MatrixStructure(M=[[2.0]], C=[[0.05]], K=[[40.0]], dofs=["x"])
+    if by_shape:
+        structure = ss.ModalStructure(
+            omega=[np.sqrt(20.0)], mode_shapes=[[np.sqrt(0.5)]], dofs=["x"], damping_ratio=0.003,
+            load_shapes={"base x": LoadShape(participation=[np.sqrt(2.0)], static_response=[2.0 / 40.0])},
+        )  # fmt: skip
+    law = ss.FrictionContact(kn=50.0, gap=-0.05)
+    foot = ss.ContactPair(name="foot", contact=law, normal={"x": 1.0})
+    still = {"dof": "x", "cos": -2.0 * 3.0}, {"base": "x", "motion": "acceleration", "cos": 3.0}
+    found = [
+        ss.nonlinear_modes(
+            ss.Problem(structure, contacts=foot, loads=ss.Load(**load, harmonic=0), harmonics=range(6)),
+            amplitude=(0.01, 0.3),
+        ).dataset
+        for load in still
+    ]
+    assert found[1].omega.values == pytest.approx(found[0].omega.values, rel=1e-12)
+    assert np.ptp(found[0].omega.values) > 0.1

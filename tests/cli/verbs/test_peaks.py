@@ -97,8 +97,11 @@ def test_modes_leave_a_folder(tmp_path):
         "backbone.png",
         "damping.png",
     }
-    (peak,) = json.loads(result.stdout)["peaks"]
-    branch = ss.load(out / "results.nc")
+    answer, branch = json.loads(result.stdout), ss.load(out / "results.nc")
+    (peak,), ends, data = answer["peaks"], answer["points"], branch.dataset
+    assert [ends[name]["amplitude"] for name in ("first", "last")] == pytest.approx(data.amplitude.values[[0, -1], 0])
+    assert ends["most damped"]["damping"] == pytest.approx(float(data.modal_damping.max()))
+    assert ends["last"]["omega"] == pytest.approx(float(data.omega[-1]))
     k = int((branch.dataset.kind.values == "requested").argmax())
     assert peak["omega"] == pytest.approx(float(branch.dataset.omega[k]))
     assert peak["load_factor"] == pytest.approx(1.0)

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
 from slipstick.balance.balance import Balance
+from slipstick.balance.base_motion import static_forces
 from slipstick.balance.evaluation import detail
 from slipstick.balance.jacobian_backends import JacobianBackend
 from slipstick.balance.loads import Load
@@ -61,6 +62,9 @@ class LinearMode:
         Largest motion of a dof.
     static
         Motion of the ports at rest, (n_ports,).
+    least
+        Smallest damping ``2 D omega`` (1/time), with the same contacts, of the other modes that the harmonics reach;
+        inf without others. Those above are made of residuals, which have no damping.
     """
 
     omega: float
@@ -70,6 +74,7 @@ class LinearMode:
     at_dof: complex
     size: float
     static: Array
+    least: float
 
     @property
     def most(self) -> int:
@@ -93,15 +98,15 @@ def linear_mode(
     square, kept = structure.omega[:count] ** 2, np.arange(count)
     rest = compliance - (left / square) @ left.T
     damping = (2.0 * structure.damping_ratio * structure.omega)[:count]
+    between = np.diag(damping) if viscous is None else viscous[:count, :count]
     loss = np.broadcast_to(structure.loss_factor, structure.omega.shape)[:count]
 
     def modes(share: float, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Eigenvalues ``w^2 + i w xi`` and modes with a share of the contact forces, tangent at a frequency."""
         K = share * _tangent(balance, static, omega)
         S = left.T @ K @ np.linalg.solve(np.eye(len(left)) + rest @ K, left)
-        S[kept, kept] += square * (1.0 + 1j * loss) + (1j * omega * damping if viscous is None else 0.0)
-        if viscous is not None:
-            S += 1j * omega * viscous[:count, :count]
+        S[kept, kept] += square * (1.0 + 1j * loss)
+        S += 1j * omega * between
         values, shapes = np.linalg.eig(S)
         return values, shapes
 
@@ -127,10 +132,23 @@ def linear_mode(
     near, _, compliance, _ = structure.modal_parts(row[:, None], balance.directions, ())
     near = near[:, :count]
     at_dof = complex((near @ shape - (compliance - (near / square) @ left.T) @ K @ ports)[0])
+    decays = _decays(values, shapes, float(omega), between)
+    others = (values.real <= (balance.orders.max(initial=1) * omega) ** 2) & (np.arange(len(values)) != best)
     return LinearMode(
         omega=float(omega), xi=value.imag / float(omega), modal=shape, ports=ports, at_dof=at_dof, static=static,
         size=float(np.abs(structure.mode_shapes[:, :count] @ shape).max()),
+        least=float(decays[others].min(initial=np.inf)),
     )  # fmt: skip
+
+
+def _decays(values: ComplexArray, shapes: ComplexArray, omega: float, viscous: Array) -> Array:
+    """Damping ``2 D omega`` (n,) of modes by eigenvalues ``w^2 + i omega d + i s`` with viscous and hysteretic parts.
+
+    ``viscous`` (n, n) was taken at ``omega``; inf of a mode that is no vibration.
+    """
+    d = np.einsum("ik,ij,jk->k", shapes.conj(), viscous, shapes).real / np.sum(np.abs(shapes) ** 2, axis=0)
+    own = np.sqrt(np.maximum(values.real, 0.0))
+    return np.divide(values.imag - omega * d, own, out=np.full(len(values), np.inf), where=own > 0.0) + d
 
 
 def _at_rest(balance: Balance, omega: float) -> Array:
@@ -217,8 +235,9 @@ def free_problem(
 
 
 def _resting(problem: Problem, structure: ModalStructure) -> Problem:
-    """The problem with its static loads only."""
-    still = [replace(load, cos=problem.load * load.cos) for load in problem.loads if load.harmonic == 0]
+    """The problem with its static loads only, all of them forces."""
+    static = [force for load in problem.loads if load.harmonic == 0 for force in static_forces(load, problem)]
+    still = [replace(load, cos=problem.load * load.cos) for load in static]
     return replace(problem, structure=structure, loads=still, load=1.0, period_ratio=(1, 1), told=None)
 
 
@@ -262,7 +281,7 @@ def motion_faults(problem: Problem) -> list[Fault]:
     ]
     if 1 not in problem.harmonics.orders:
         faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
-    if any(load.motion is not None and (load.cos or load.sin) for load in problem.loads):
+    if any(load.motion is not None and load.harmonic and (load.cos or load.sin) for load in problem.loads):
         faults.append(Fault("loads", "a support moves or an unbalance turns", remedy=_ALONE))
     return faults
 
