@@ -479,6 +479,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "stress_at": "elements",
         },
     ),
+    "greenwood_williamson": (
+        lambda: ss.models.greenwood_williamson,
+        {"pressure": 1e7, "height": 1e-6, "radius": 1e-4, "density": 1e10, "first": STEEL, "second": STEEL},
+    ),
+    "hertz_mindlin": (
+        lambda: ss.models.hertz_mindlin, {"force": 10.0, "radius": 0.01, "first": STEEL, "second": STEEL}
+    ),
     "bladed_sector": (lambda: ss.models.bladed_sector, {"shape": SECTOR_SHAPE, "material": STEEL}),
     "SectorShape": (
         lambda: SectorShape,

@@ -30,6 +30,9 @@ _PUBLIC = {
     "StribeckContact": "slipstick.contact.velocity_friction",
     "bladed_sector": "slipstick.models.parametric_sector",
     "straight_contacts": "slipstick.models.straight",
+    "greenwood_williamson": "slipstick.models.contact_stiffness",
+    "hertz_mindlin": "slipstick.models.contact_stiffness",
+    "penalty_stiffness": "slipstick.models.contact_stiffness",
 }
 
 __all__ = sorted(_PUBLIC)
@@ -40,6 +43,9 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
+    from slipstick.models.contact_stiffness import greenwood_williamson as greenwood_williamson
+    from slipstick.models.contact_stiffness import hertz_mindlin as hertz_mindlin
+    from slipstick.models.contact_stiffness import penalty_stiffness as penalty_stiffness
     from slipstick.models.modal_test import modal_analysis as modal_analysis
     from slipstick.models.modal_test import tabulated_structure as tabulated_structure
     from slipstick.models.parametric_sector import bladed_sector as bladed_sector
