@@ -401,10 +401,10 @@ def _table(findings: Findings, line: int, faults: dict[int, list[Fault]], where:
         findings.add(Verdict.APPROXIMATED, f"TB, {law} of material {words[1]}", what, line)
 
 
-def _constant(source: str, values: Values, number: int, faults: dict[int, list[Fault]]) -> dict[str, float]:
+def _constant(source: str, values: Values, number: int, faults: dict[int, list[Fault]]) -> dict[str, Any]:
     """The properties of one material where they are the same at every temperature and along every axis."""
     tables = {label: numbers for (material, label), numbers in values.items() if material == number and numbers}
-    known: dict[str, float] = {}
+    known: dict[str, Any] = {}
     wrong: list[str] = []
     for label, numbers in tables.items():
         if len(set(numbers)) > 1:
