@@ -76,8 +76,9 @@ class SparseLike(Protocol):
         ...
 
 
-Temperature: TypeAlias = "Reals | Mapping[str, float]"
-"""A temperature everywhere, or by node set or surface ("all" is the rest), or of each node of a mesh (n_nodes,)."""
+Temperature: TypeAlias = "Reals | Mapping[str, float] | str"
+"""A temperature everywhere, or by node set or surface ("all" is the rest), or of each node of a mesh (n_nodes,); or the
+name of a load step of the file that gives it."""
 
 MatrixLike: TypeAlias = "Reals | SparseLike"
 """A matrix that a user gives: rows of numbers, an array, a sparse array."""

@@ -165,7 +165,7 @@ def test_a_model_at_a_temperature_is_kept(tmp_path):
         (("x1 = 220.0", "x9 = 220.0"), "[structure] temperature.uneven.x9: there is no node set 'x9' in the model"),
         (
             ("hot = 120.0", 'hot = "120 C"'),
-            '[structure] temperature.hot: found "120 C"; expected a temperature, or temperatures by node set',
+            "[structure] temperature.hot: found '120 C'; expected a temperature, temperatures by node set",
         ),
         (("x0 = [1, 0, 0]", "x1 = [1, 0, 0]"), "[structure] displacement.jaw: 4 of the dofs that move are not held"),
         (("x0 = [1, 0, 0]", "x0 = [1, 0]"), "[structure] displacement: found"),

@@ -89,8 +89,10 @@ def _films(value: object) -> dict[str, float]:
     return {name: float(h) for name, h in value.items()}
 
 
-def _field(value: object) -> float | dict[str, float]:
-    """A temperature, or temperatures by node set."""
+def _field(value: object) -> str | float | dict[str, float]:
+    """A temperature, temperatures by node set, or a load step of the file."""
+    if isinstance(value, str) and value:
+        return value
     if is_number(value):
         return float(value)
     if not (isinstance(value, dict) and value and all(map(is_number, value.values()))):
@@ -98,7 +100,7 @@ def _field(value: object) -> float | dict[str, float]:
     return {name: float(number) for name, number in value.items()}
 
 
-def _fields(value: object) -> dict[str, float | dict[str, float]]:
+def _fields(value: object) -> dict[str, Any]:
     """Temperature fields by name."""
     expected = "temperature fields by name such as { hot = 120.0, uneven = { all = 20.0, FLANGE = 300.0 } }"
     if not (isinstance(value, dict) and value):
@@ -116,9 +118,12 @@ def _fields(value: object) -> dict[str, float | dict[str, float]]:
 
 def _moved(value: object) -> dict[str, dict[str, Any]]:
     """Supports by name: node sets with a direction, or held dofs with their motion."""
-    if not (isinstance(value, dict) and value and all(isinstance(part, dict) and part for part in value.values())):
+    if not (
+        isinstance(value, dict) and value and all(isinstance(part, dict | str) and part for part in value.values())
+    ):
         raise unexpected(_MOVED)
-    if not all(_is_motion(motion) for part in value.values() for motion in part.values()):
+    parts = [part for part in value.values() if isinstance(part, dict)]
+    if not all(_is_motion(motion) for part in parts for motion in part.values()):
         raise unexpected(_MOVED)
     return value
 
@@ -138,10 +143,10 @@ def _property(value: object) -> Any:
     return [(float(at), float(of)) for at, of in value]
 
 
-_FIELD = "a temperature, or temperatures by node set such as { all = 20.0, FLANGE = 300.0 }"
+_FIELD = "a temperature, temperatures by node set such as { all = 20.0, FLANGE = 300.0 }, or a load step of the file"
 _MOVED = (
-    "supports by name: node sets with a direction, or held dofs with their motion, such as "
-    "{ jaw = { x1 = [1, 0, 0] }, pin = { n12x = 1.0 } }"
+    "supports by name: node sets with a direction, held dofs with their motion, or a load step of the file, such as "
+    '{ jaw = { x1 = [1, 0, 0] }, pin = { n12x = 1.0 }, pull = "STEP-1" }'
 )
 
 

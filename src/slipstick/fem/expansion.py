@@ -21,7 +21,8 @@ from slipstick.errors import Fault, InputError, Place, Where
 from slipstick.faults import Gathering, number, numbers, one, suggestion, table, wrong
 from slipstick.fem.assembly import assemble, stress_load
 from slipstick.fem.geometry import solid_gradients
-from slipstick.fem.materials import EVERY, Materials, element_values, of_materials, told_of
+from slipstick.fem.load_steps import INITIAL, LoadStep, acting, curve_warnings, nodes_of
+from slipstick.fem.materials import EVERY, Material, Materials, element_values, of_materials, told_of
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.strains import strain_values
@@ -31,10 +32,13 @@ from slipstick.typing import Array, IntArray, Temperature
 FIELD = 'a temperature, temperatures by node set such as {"all": 20.0, "FLANGE": 300.0}, or one for each node'
 
 
-def temperature_field(mesh: Mesh, field: Any, name: Where = ("temperature",)) -> Array:
+def temperature_field(
+    mesh: Mesh, field: Any, name: Where = ("temperature",), steps: Mapping[str, LoadStep] | None = None
+) -> Array:
     """Temperature of the nodes (n_nodes,).
 
-    Sets are taken in their order, so that a later one holds where two meet. "all" is every node.
+    Sets are taken in their order, so that a later one holds where two meet. "all" is every node. A text is the name of
+    one of the load ``steps`` of the file that the mesh comes from.
 
     Raises
     ------
@@ -43,6 +47,8 @@ def temperature_field(mesh: Mesh, field: Any, name: Where = ("temperature",)) ->
     """
     if isinstance(field, Mapping):
         return _by_set(mesh, field, name)
+    if isinstance(field, str) and steps:
+        return step_temperature(mesh, steps, field, name)
     if np.ndim(field) == 0:
         return np.full(mesh.n_nodes, number(name, field, FIELD))
     values = numbers(name, field, FIELD)
@@ -66,6 +72,48 @@ def _by_set(mesh: Mesh, field: Mapping[str, float], name: Where) -> Array:
         what = f"{len(missing)} nodes have no temperature, the first of them {mesh.labels[missing[0]]}"
         raise InputError(Fault(name, what, remedy='give that of the rest as "all"'))
     return np.nan_to_num(values)
+
+
+def step_temperature(mesh: Mesh, steps: Mapping[str, LoadStep], step: str, name: Where = ("temperature",)) -> Array:
+    """Temperature of the nodes (n_nodes,) at the end of a load step of a file.
+
+    Nodes that it does not name have that of "INITIAL"; nodes in the middle of an edge have the mean of its ends.
+
+    Raises
+    ------
+    InputError
+        For steps without temperatures, and nodes of elements that have none.
+    """
+    values = np.full(mesh.n_nodes, np.nan)
+    try:
+        loads = list(steps[INITIAL].loads) if INITIAL in steps and step != INITIAL else []
+        for load in [load for load in loads if load.kind == TEMPERATURE] + acting(steps, step, TEMPERATURE):
+            values[nodes_of(load, mesh)] = load.value
+    except InputError as error:
+        raise InputError([fault.inside(*name) for fault in error.faults]) from None
+    for element, block in mesh.items():
+        for k, (first, last) in enumerate(element.edges[: element.n_nodes - element.n_corners]):
+            middle, mean = block[:, element.n_corners + k], (values[block[:, first]] + values[block[:, last]]) / 2.0
+            missing = np.isnan(values[middle])
+            values[middle[missing]] = mean[missing]
+    missing = mesh.used_nodes[np.isnan(values[mesh.used_nodes])]
+    if len(missing):
+        what = f"{len(missing)} nodes have no temperature in the load step '{step}' of the file, the first of them "
+        remedy = "give the temperatures of nodes here: by node set, or one for each node"
+        raise InputError(Fault(name, f"{what}{mesh.labels[missing[0]]}", remedy=remedy))
+    return np.nan_to_num(values)
+
+
+def initial_temperature(steps: Mapping[str, LoadStep]) -> str | None:
+    """ "INITIAL" where the file of a model states temperatures before its first step."""
+    stated = INITIAL in steps and any(load.kind == TEMPERATURE for load in steps[INITIAL].loads)
+    return INITIAL if stated else None
+
+
+def tabulated(materials: Materials) -> list[str]:
+    """Names of the materials whose elasticity changes with temperature."""
+    every = {EVERY: materials} if isinstance(materials, Material) else materials
+    return [name for name, material in every.items() if {"young", "poisson"} & material.tables.keys()]
 
 
 def free_strain(mesh: Mesh, materials: Materials, field: Array, initial: Array | None = None) -> dict[str, Array]:
@@ -129,12 +177,15 @@ class TemperatureFields:
 
     fields: Mapping[str, Array]
     strains: Mapping[str, Mapping[str, Array]] = field(repr=False)
+    told: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, model: FiniteElementModel, fields: Mapping[str, Any], initial: Any = None) -> TemperatureFields | None:
         """From what a user gives, see ``temperature_field``; None without any.
 
-        ``initial`` is the field at which there is no stress; None: the reference of each material.
+        ``initial`` is the field at which there is no stress; None: that of the file of the model, or else the reference
+        of each material.
 
         Raises
         ------
@@ -143,19 +194,25 @@ class TemperatureFields:
         """
         if not fields:
             return None
-        mesh, gathering = meshed(model, "temperatures"), Gathering()
+        mesh, gathering, steps = meshed(model, "temperatures"), Gathering(), model.load_steps
+        told = []
+        if initial is None and initial_temperature(steps):
+            initial = INITIAL
+            told.append("thermal strain counts from the initial temperatures of the file of the model")
         start = None
         if initial is not None:
-            start = gathering.take(temperature_field, mesh, initial, (INITIAL_TEMPERATURE,))
+            start = gathering.take(temperature_field, mesh, initial, (INITIAL_TEMPERATURE,), steps)
         made, strains = dict[str, Array](), dict[str, Mapping[str, Array]]()
         for name, given in fields.items():
-            values = gathering.take(temperature_field, mesh, given, (TEMPERATURE, name))
+            values = gathering.take(temperature_field, mesh, given, (TEMPERATURE, name), steps)
             if values is not None:
                 made[name] = values
                 strain = gathering.inside((TEMPERATURE, name), free_strain, mesh, model.materials, values, start)
                 strains[name] = strain or {}
         gathering.end()
-        return cls(fields=made, strains=strains)
+        named = [given for given in fields.values() if isinstance(given, str)]
+        warnings = [*curve_warnings(model.source, steps, named, TEMPERATURE)]
+        return cls(fields=made, strains=strains, told=tuple(told), warnings=tuple(warnings))
 
     def loads(self, model: FiniteElementModel) -> dict[str, Array]:
         """Forces on the rows of the model (n,) by load shape."""
@@ -174,9 +231,10 @@ class TemperatureFields:
         }
 
     def notes(self, model: FiniteElementModel) -> Iterator[str]:
-        """Which fields meet moduli of another temperature."""
+        """Where thermal strain begins, and which fields meet moduli of another temperature."""
+        yield from self.told
         mesh = model.in_mesh("temperatures")
-        if not any({"young", "poisson"} & material.tables.keys() for material in model.materials.values()):
+        if not tabulated(model.materials):
             return
         others = [
             name for name, values in self.fields.items()
@@ -236,11 +294,11 @@ def at_temperature(model: ImportedModel, temperature: Temperature) -> ImportedMo
     if model.speed:
         remedy = "take the temperature first, then ss.at_speed"
         raise InputError(Fault("model", f"is a model at {model.speed:g} rad/s already", remedy=remedy))
-    if not any({"young", "poisson"} & material.tables.keys() for material in model.materials.values()):
+    if not tabulated(model.materials):
         what = f"no material of {model.source or 'the model'} changes with temperature"
         remedy = "give young as a table: [(20.0, 2.1e11), (600.0, 1.7e11)]"
         raise InputError(Fault("materials", what, remedy=remedy))
-    values = temperature_field(mesh, temperature)
+    values = temperature_field(mesh, temperature, steps=model.load_steps)
     hot = replace(mesh, temperature=values)
     change = assemble(hot, model.materials).stiffness - assemble(mesh, model.materials).stiffness
     low, high = values[mesh.used_nodes].min(), values[mesh.used_nodes].max()

@@ -19,14 +19,15 @@ from slipstick.faults import Gathering, number, numbers, shown, suggestion, tabl
 from slipstick.fem.assembly import assemble
 from slipstick.fem.equations import COMPONENTS, names_dofs, rows_named
 from slipstick.fem.expansion import meshed
+from slipstick.fem.load_steps import LoadStep, acting, curve_warnings, nodes_of
 from slipstick.fem.mesh import Mesh, part_of, user_names
 from slipstick.fem.model import FiniteElementModel
 from slipstick.structure.protocol import DISPLACEMENT
 from slipstick.typing import Array, BoolArray, IntArray
 
 MOVED = (
-    'node sets or surfaces with a direction, {"jaw": {"x1": [1, 0, 0]}}, or held dofs with their motion, '
-    '{"jaw": {"n12x": 1.0}}'
+    'node sets or surfaces with a direction, {"jaw": {"x1": [1, 0, 0]}}, held dofs with their motion, '
+    '{"jaw": {"n12x": 1.0}}, or a load step of the file by its name'
 )
 _AXES: Mapping[str, tuple[float, float, float]] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 _BALANCED = 1e-6
@@ -76,7 +77,12 @@ class MovedSupports:
                 f"{DISPLACEMENT} {name}": -np.asarray(model.restrict(stiffness @ motion))
                 for name, motion in made.items()
             },
-            warnings=tuple(_warnings(model, stiffness, held, made)),
+            warnings=(
+                *_warnings(model, stiffness, held, made),
+                *curve_warnings(
+                    model.source, model.load_steps, [of for of in given.values() if isinstance(of, str)], DISPLACEMENT
+                ),
+            ),
         )  # fmt: skip
 
     def at_nodes(self, nodes: IntArray) -> dict[str, Array]:
@@ -102,6 +108,10 @@ def _held(model: FiniteElementModel, mesh: Mesh) -> BoolArray:
 
 def _motion(model: FiniteElementModel, mesh: Mesh, held: BoolArray, moved: Any, name: Where) -> Array:
     """Of all nodes (3 n_nodes,)."""
+    if isinstance(moved, str) and model.load_steps:
+        motion = _of_step(mesh, model.load_steps, moved, name)
+        _require_held(mesh, held, motion.ravel(), name)
+        return motion.ravel()
     motion, gathering = np.zeros((mesh.n_nodes, 3)), Gathering()
     every = np.repeat(mesh.labels, 3), np.tile(np.arange(3), mesh.n_nodes)
     for at, value in table(name, moved, MOVED).items():
@@ -115,14 +125,32 @@ def _motion(model: FiniteElementModel, mesh: Mesh, held: BoolArray, moved: Any, 
             what = f"there is no node set or held dof '{at}' in the model"
             gathering.faults.append(Fault((*name, at), what, remedy=suggestion(at, user_names(mesh.all_sets))))
     gathering.end()
-    loose = np.flatnonzero((motion.ravel() != 0.0) & ~held)
+    _require_held(mesh, held, motion.ravel(), name)
+    if not motion.any():
+        raise wrong(name, moved, MOVED)
+    return motion.ravel()
+
+
+def _of_step(mesh: Mesh, steps: Mapping[str, LoadStep], step: str, name: Where) -> Array:
+    """Displacements (n_nodes, 3) at the end of a load step of the file."""
+    motion = np.zeros((mesh.n_nodes, 3))
+    try:
+        for load in acting(steps, step, DISPLACEMENT):
+            nodes = nodes_of(load, mesh)
+            if load.value and not len(nodes):
+                raise InputError(Fault(statement=f"moves node {load.where}, which belongs to no element of the mesh"))
+            motion[nodes, load.axis - 1] = load.value
+    except InputError as error:
+        raise InputError([fault.inside(*name) for fault in error.faults]) from None
+    return motion
+
+
+def _require_held(mesh: Mesh, held: BoolArray, motion: Array, name: Where) -> None:
+    loose = np.flatnonzero((motion != 0.0) & ~held)
     if len(loose):
         dof = f"n{mesh.labels[loose[0] // 3]}{COMPONENTS[loose[0] % 3]}"
         what = f"{len(loose)} of the dofs that move are not held, the first of them {dof}"
         raise InputError(Fault(name, what, remedy='hold them where the model is made: fixed=["..."]'))
-    if not motion.any():
-        raise wrong(name, moved, MOVED)
-    return motion.ravel()
 
 
 def _direction(value: Any, name: Where) -> Array:

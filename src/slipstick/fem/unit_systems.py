@@ -48,10 +48,9 @@ class Conversion:
 
     def material(self, old: Material) -> Material:
         """A material in the new units; temperatures stay."""
-        stiff = self.force / self.length**2
-        young = [(at, value * stiff) for at, value in old.tables.get("young", ())]
+        young = [(at, value * self.force / self.length**2) for at, value in old.tables.get("young", ())]
         return old.but(
-            young=young or old.young * stiff,
+            young=young or old.young * self.force / self.length**2,
             density=old.density * self.mass / self.length**3,
             conductivity=old.conductivity * self.force / self.time,
         )

@@ -113,7 +113,7 @@ def reduced_body(
     base: str | Sequence[str] = (),
     temperature: Mapping[str, Temperature] | None = None,
     initial_temperature: Temperature | None = None,
-    displacement: Mapping[str, Mapping[str, Any]] | None = None,
+    displacement: Mapping[str, str | Mapping[str, Any]] | None = None,
     films: Mapping[str, float] | None = None,
     cold: str | None = None,
     keep: Sequence[str] = (),
@@ -149,14 +149,16 @@ def reduced_body(
     temperature
         Temperature fields by name: load shapes "temperature NAME", one time the thermal strain of the field, for
         ``ss.LoadStep(temperature=NAME)``. Each is a temperature, temperatures by node set or surface such as
-        ``{"all": 20.0, "FLANGE": 300.0}``, or one for each node of the mesh. They need materials with ``expansion``.
+        ``{"all": 20.0, "FLANGE": 300.0}``, one for each node of the mesh, or the name of one of ``model.load_steps``
+        that the file gives temperatures in. They need materials with ``expansion``.
     initial_temperature
-        The field at which there is no stress; without it the ``reference`` of each material.
+        The field at which there is no stress; without it the initial temperatures of the file, or else the
+        ``reference`` of each material.
     displacement
         Supports that can be moved in load steps, by name: load shapes "displacement NAME", for
         ``ss.LoadStep(displacement={NAME: 1e-4})``. Each is what moves for a unit displacement: node sets or surfaces
-        with a direction, ``{"jaw": {"x1": [1, 0, 0]}}``, or held dofs, ``{"jaw": {"n12x": 1.0}}``. Motions are then
-        absolute.
+        with a direction, ``{"jaw": {"x1": [1, 0, 0]}}``, or held dofs, ``{"jaw": {"n12x": 1.0}}``; or the name of one
+        of ``model.load_steps`` that prescribes displacements, times a factor. Motions are then absolute.
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
@@ -252,6 +254,7 @@ def reduced_body(
     left_out = (
         *damping_warnings(model, otherwise=_CORIOLIS),
         *([] if strains is None else _stress_warnings(model)),
+        *(() if heat is None else heat.warnings),
         *(() if moved is None else moved.warnings),
     )
     warn(left_out)
