@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
@@ -75,6 +75,10 @@ class SparseLike(Protocol):
         """By columns."""
         ...
 
+
+Temperature: TypeAlias = "Reals | Mapping[str, float] | str"
+"""A temperature everywhere, or by node set or surface ("all" is the rest), or of each node of a mesh (n_nodes,); or the
+name of a load step of the file that gives it."""
 
 MatrixLike: TypeAlias = "Reals | SparseLike"
 """A matrix that a user gives: rows of numbers, an array, a sparse array."""

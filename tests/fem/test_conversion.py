@@ -40,7 +40,18 @@ def test_a_scaled_model_is_the_one_assembled_in_the_new_units(factors):
 
 def test_there_and_back_is_where_one_was():
     back = INCH.inverse.material(INCH.material(PSI))
-    assert vars(back) == pytest.approx(vars(PSI))
+    assert vars(back) | {"tables": None} == pytest.approx(vars(PSI) | {"tables": None})
+    assert back.tables == {}
+
+
+def test_tables_over_temperature_are_converted_and_temperatures_stay():
+    hot = PSI.but(young=[(20.0, 3e7), (600.0, 2e7)], expansion=[(20.0, 1e-5), (600.0, 2e-5)], reference=30.0)
+    found, size = INCH.material(hot), INCH.force / INCH.length**2
+    assert [value / size for _, value in found.tables["young"]] == pytest.approx([3e7, 2e7])
+    assert [at for at, _ in found.tables["young"]] == [20.0, 600.0]
+    assert found.tables["expansion"] == hot.tables["expansion"]
+    assert (found.expansion, found.reference) == (hot.expansion, 30.0)
+    assert found.young == pytest.approx(hot.young * size)
 
 
 def test_rotations_have_no_length():

@@ -153,6 +153,10 @@ def target_faults(load: Load, known: Known) -> Iterator[Fault]:
         yield from base_faults(load.base, known.structure, known.dofs)
     elif load.shape is not None:
         yield from shape_faults(load.shape, known)
+        if load.harmonic and load.shape.startswith(f"{DISPLACEMENT} "):
+            expected = "0: a support of that name moves slowly, in load steps"
+            remedy = "for a support that vibrates give base and motion"
+            yield Fault("harmonic", found=f"{load.harmonic}", expected=expected, remedy=remedy)
 
 
 def shape_faults(shape: str, known: Known) -> Iterator[Fault]:

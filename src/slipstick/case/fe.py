@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 _REDUCED = (
-    "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy", "loss_factor",
-    "damping_ratio", "force", "residuals", "stress", "stress_at", "up_to",
+    "surface", "contacts", "radius", "pressure", "base", "temperature", "initial_temperature", "displacement", "films",
+    "cold", "keep", "modes", "accuracy", "loss_factor", "damping_ratio", "force", "residuals", "stress", "stress_at",
+    "up_to",
 )  # fmt: skip
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
@@ -88,6 +89,67 @@ def _films(value: object) -> dict[str, float]:
     return {name: float(h) for name, h in value.items()}
 
 
+def _field(value: object) -> str | float | dict[str, float]:
+    """A temperature, temperatures by node set, or a load step of the file."""
+    if isinstance(value, str) and value:
+        return value
+    if is_number(value):
+        return float(value)
+    if not (isinstance(value, dict) and value and all(map(is_number, value.values()))):
+        raise unexpected(_FIELD)
+    return {name: float(number) for name, number in value.items()}
+
+
+def _fields(value: object) -> dict[str, Any]:
+    """Temperature fields by name."""
+    expected = "temperature fields by name such as { hot = 120.0, uneven = { all = 20.0, FLANGE = 300.0 } }"
+    if not (isinstance(value, dict) and value):
+        raise unexpected(expected)
+    made, faults = {}, list[Fault]()
+    for name, field in value.items():
+        try:
+            made[name] = _field(field)
+        except InputError as error:
+            faults += [replace(fault, found=toml(field)).inside(name) for fault in error.faults]
+    if faults:
+        raise InputError(faults)
+    return made
+
+
+def _moved(value: object) -> dict[str, dict[str, Any]]:
+    """Supports by name: node sets with a direction, or held dofs with their motion."""
+    if not (
+        isinstance(value, dict) and value and all(isinstance(part, dict | str) and part for part in value.values())
+    ):
+        raise unexpected(_MOVED)
+    parts = [part for part in value.values() if isinstance(part, dict)]
+    if not all(_is_motion(motion) for part in parts for motion in part.values()):
+        raise unexpected(_MOVED)
+    return value
+
+
+def _is_motion(value: object) -> bool:
+    triple = isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
+    return triple or is_number(value) or value in ("x", "y", "z")
+
+
+def _property(value: object) -> Any:
+    """A number, or rows of a temperature and a number."""
+    if is_number(value):
+        return float(value)
+    rows = isinstance(value, list) and value and all(isinstance(row, list) and len(row) == 2 for row in value)
+    if not (isinstance(value, list) and rows and all(is_number(x) for row in value for x in row)):
+        raise unexpected("a number, or a table of temperatures and values such as [[20.0, 2.1e11], [600.0, 1.7e11]]")
+    return [(float(at), float(of)) for at, of in value]
+
+
+_FIELD = "a temperature, temperatures by node set such as { all = 20.0, FLANGE = 300.0 }, or a load step of the file"
+_MOVED = (
+    "supports by name: node sets with a direction, held dofs with their motion, or a load step of the file, such as "
+    '{ jaw = { x1 = [1, 0, 0] }, pin = { n12x = 1.0 }, pull = "STEP-1" }'
+)
+
+
 def _elements(value: Any) -> Any:
     """A name, a number, or a list of them."""
     items = value if isinstance(value, list) else [value]
@@ -102,19 +164,32 @@ SurfaceName = Annotated[Any, PlainValidator(_surface)]
 Contacts = Annotated[Any, PlainValidator(_contacts)]
 Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
 Films = Annotated[dict[str, float], PlainValidator(_films)]
+Property = Annotated[Any, PlainValidator(_property)]
+TemperatureField = Annotated[Any, PlainValidator(_field)]
+TemperatureFields = Annotated[dict[str, Any], PlainValidator(_fields)]
+Moved = Annotated[dict[str, Any], PlainValidator(_moved)]
 ModeCount = Annotated[int, Field(ge=1, le=10_000)]
 
 
 class MaterialTable(Table):
     """``material = { young = 2e11, poisson = 0.3, density = 7800 }``."""
 
-    young: Positive | None = Field(default=None, description="a number > 0, Young's modulus (force/length^2)")
-    poisson: Annotated[float, Field(gt=-1, lt=0.5)] | None = Field(
-        default=None, description="a number between -1 and 0.5, Poisson's ratio"
+    young: Property | None = Field(
+        default=None, description="a number > 0, Young's modulus (force/length^2), or its table over temperature"
+    )
+    poisson: Property | None = Field(
+        default=None, description="a number between -1 and 0.5, Poisson's ratio, or its table over temperature"
     )
     density: Positive | None = Field(default=None, description="a number > 0, mass/length^3")
     conductivity: NotNegative | None = Field(
         default=None, description="a number >= 0, thermal conductivity (power/(length temperature))"
+    )
+    expansion: Property | None = Field(
+        default=None,
+        description="a number, the coefficient of expansion (1/temperature), or its table over temperature",
+    )
+    reference: float | None = Field(
+        default=None, description="a number, the temperature from which the expansion counts"
     )
 
 
@@ -203,6 +278,13 @@ class FeTable(StressTable):
     base: list[Literal["x", "y", "z"]] = Field(
         default=[], description='a list of the directions in which the support may move, such as ["x"]'
     )
+    temperature: TemperatureFields = Field(
+        default={},
+        description="temperature fields by name such as { hot = 120.0, uneven = { all = 20.0, FLANGE = 300.0 } }",
+    )
+    initial_temperature: TemperatureField | None = Field(default=None, description=_FIELD)
+    at_temperature: TemperatureField | None = Field(default=None, description=_FIELD)
+    displacement: Moved = Field(default={}, description=_MOVED)
     films: Films = Field(default={}, description="a table of surface = convection coefficient")
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
     rotation: RotationTable | None = Field(default=None, description=ROTATION)
@@ -235,6 +317,9 @@ class FeTable(StressTable):
             for key in ("contacts", "radius", "films", "cold")
             if key in raw and "surface" not in raw
         ]
+        if "initial_temperature" in raw and "temperature" not in raw:
+            remedy = "give the fields that act too: temperature = { hot = 120.0 }"
+            faults.append(Fault("initial_temperature", "is given without temperature", remedy=remedy))
         return faults + accuracy_faults(raw)
 
 
@@ -246,7 +331,7 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
     """
-    model = turning(imported_model(table, folder, tell), table.rotation, folder, tell)
+    model = turning(_heated(imported_model(table, folder, tell), table), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     joints = build_joints(table.joints or [], model, folder)
@@ -257,6 +342,16 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints])
     # judged once range and harmonics are known
     return replace(reduced(tell, body.but(force=True), folder, force=table.force), joints=tuple(joints))
+
+
+def _heated(model: ImportedModel, table: FeTable) -> ImportedModel:
+    """The model at the temperature whose stiffness it has."""
+    from slipstick.fem.expansion import at_temperature
+
+    if table.at_temperature is None:
+        return model
+    with at("at_temperature"):
+        return at_temperature(model, table.at_temperature)
 
 
 def _body(table: FeTable, model: Code, joints: Sequence[Code]) -> Call:
@@ -273,6 +368,7 @@ def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
 
     with at("file"):
         path = inside(folder, table.file)
+    alone = "give conductivity, expansion and reference alone"
     tell(f"structure: reading {table.file} ...")
     if holds(path, "mesh"):
         material = None if table.material is None else material_call(table.material).made()
@@ -280,9 +376,7 @@ def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
             path, ImportOptions(material=material, fixed=table.fixed, quadratic=table.quadratic), quiet=True
         )
     faults = [
-        Fault(
-            ("material", name), f"{path.name} holds matrices with a material already", remedy="give conductivity alone"
-        )
+        Fault(("material", name), f"{path.name} holds matrices with a material already", remedy=alone)
         for name in REQUIRED
         if table.material is not None and getattr(table.material, name) is not None
     ]
@@ -291,8 +385,8 @@ def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
         faults.append(Fault("quadratic", f"{path.name} holds matrices already", remedy=remedy))
     if faults:
         raise InputError(faults)
-    conductivity = table.material.conductivity if table.material is not None else None
-    return read_model(path, ImportOptions(fixed=table.fixed, conductivity=conductivity), quiet=True)
+    more = {} if table.material is None else table.material.given("conductivity", "expansion", "reference")
+    return read_model(path, ImportOptions(fixed=table.fixed, **more), quiet=True)
 
 
 def import_call(table: Any) -> Call:
@@ -306,7 +400,10 @@ def _fe_script(table: FeTable, _folder: Path) -> list[str]:
     tables = table.joints or []
     names = [Code(joint_variable(number)) for number, _ in enumerate(tables)]
     body = _body(table, Code("model"), names).but(cache=here(CACHE))
-    model = [f"model = {import_call(table).written()}", *rotation_script(table.rotation)]
+    model = [f"model = {import_call(table).written()}"]
+    if table.at_temperature is not None:
+        model.append(f"model = {Call('ss.models.at_temperature', (Code('model'), table.at_temperature)).written()}")
+    model += rotation_script(table.rotation)
     model += [
         f"{name.text} = {joint_call(joint, Code('model')).written()}" for name, joint in zip(names, tables, strict=True)
     ]

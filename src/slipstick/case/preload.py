@@ -62,9 +62,27 @@ def _loads(value: Any) -> list[Any]:
     return rows
 
 
-def _by_bolt(value: Any) -> dict[str, float]:
+def _by_name(expected: str) -> PlainValidator:
+    """Numbers by name."""
+
+    def read(value: Any) -> dict[str, float]:
+        if not isinstance(value, Mapping) or not all(map(is_number, value.values())):
+            raise unexpected(expected)
+        return {str(name): float(number) for name, number in value.items()}
+
+    return PlainValidator(read)
+
+
+_BOLTS = 'numbers by the names of bolts such as { "bolt 1" = 12e3 }'
+_FIELD = 'the name of a temperature field such as "hot", or factors on several such as { hot = 0.5 }'
+_SUPPORTS = "lengths by the names of supports that move, such as { jaw = 1e-4 }"
+
+
+def _temperature(value: Any) -> str | dict[str, float]:
+    if isinstance(value, str) and value:
+        return value
     if not isinstance(value, Mapping) or not all(map(is_number, value.values())):
-        raise unexpected('numbers by the names of bolts such as { "bolt 1" = 12e3 }')
+        raise unexpected(_FIELD)
     return {str(name): float(number) for name, number in value.items()}
 
 
@@ -75,18 +93,22 @@ class StepTable(Table):
     loads: Annotated[list[Any], PlainValidator(_loads)] = Field(
         default=[], description='a list of static loads such as [{ dof = "x", cos = 100.0 }]'
     )
-    bolts: Annotated[dict[str, float], PlainValidator(_by_bolt)] = Field(
+    bolts: Annotated[dict[str, float], _by_name(_BOLTS)] = Field(
         default={}, description='forces by the names of bolts such as { "bolt 1" = 12e3 }'
     )
-    shortening: Annotated[dict[str, float], PlainValidator(_by_bolt)] = Field(
+    shortening: Annotated[dict[str, float], _by_name(_BOLTS)] = Field(
         default={}, description='lengths by the names of bolts such as { "bolt 1" = 1e-4 }'
     )
+    temperature: Annotated[str | dict[str, float] | None, PlainValidator(_temperature)] = Field(
+        default=None, description=_FIELD
+    )
+    displacement: Annotated[dict[str, float], _by_name(_SUPPORTS)] = Field(default={}, description=_SUPPORTS)
     increments: Annotated[int, Field(ge=1)] = Field(default=10, description="a whole number >= 1 of increments")
 
     @property
     def call(self) -> Call:
         """The step."""
-        named = self.given("name", "bolts", "shortening", "increments")
+        named = self.given("name", "bolts", "shortening", "temperature", "displacement", "increments")
         loads = [load.call for load in self.loads]
         return Call("ss.LoadStep", named={**named, **({"loads": loads} if loads else {})})
 
@@ -150,6 +172,15 @@ class LoadSteps:
                     step, number = numbers[fault.where[1]]
                     fault = replace(fault, where=(*self._where(step), "loads", number, *fault.where[2:]))
                 yield fault
+
+    def fields(self) -> Iterator[str]:
+        """Temperatures, and supports that move, a line for each step that has some."""
+        for number, step in enumerate(self.steps, 1):
+            heat = step.temperature or ({} if step.temperature is None else {"none": 1.0})
+            words = [f"temperature {name}{'' if size == 1.0 else f' times {size:g}'}" for name, size in heat.items()]
+            words += [f"support {name} moved to {size:g}" for name, size in step.displacement.items()]
+            if words:
+                yield f"  {step.name or f'step {number}'}: {', '.join(words)}"
 
     def computed(self, problem: Problem, joints: Sequence[SurfacePair]) -> Preload | None:
         """The steps computed; None where there are none."""

@@ -126,17 +126,51 @@ def _elastic(products: Array, trace: Array, lam: Array, mu: Array) -> Iterator[B
 
 def _condensed(elastic: Iterable[Block], n: int) -> Iterator[Block]:
     """The blocks of ``n`` nodes; the functions after them move so that no force acts on them."""
-    whole = np.stack([values for _, _, values in elastic], axis=1)  # (e, 9, m, m)
-    count, _, m, _ = whole.shape
-    whole = whole.reshape(count, 3, 3, m, m).transpose(0, 1, 3, 2, 4)
-    outer, inner = slice(None, n), slice(n, None)
-    across = whole[:, :, outer, :, inner].reshape(count, 3 * n, -1)
-    own = whole[:, :, inner, :, inner].reshape(count, across.shape[2], -1)
+    whole, across, own = _apart(elastic, n)
+    count, outer = len(whole), slice(None, n)
     relieved = np.matmul(across, np.linalg.solve(own, across.transpose(0, 2, 1)))
     relieved = ((relieved + relieved.transpose(0, 2, 1)) / 2.0).reshape(count, 3, n, 3, n)
     for a in range(3):
         for b in range(3):
             yield a, b, whole[:, a, outer, b, outer] - relieved[:, a, :, b]
+
+
+def _apart(elastic: Iterable[Block], n: int) -> tuple[Array, Array, Array]:
+    """All blocks (e, 3, m, 3, m), those of ``n`` nodes with the functions after them, and those between these."""
+    whole = np.stack([values for _, _, values in elastic], axis=1)  # (e, 9, m, m)
+    count, _, m, _ = whole.shape
+    whole = whole.reshape(count, 3, 3, m, m).transpose(0, 1, 3, 2, 4)
+    outer, inner = slice(None, n), slice(n, None)
+    across = whole[:, :, outer, :, inner].reshape(count, 3 * n, -1)
+    return whole, across, whole[:, :, inner, :, inner].reshape(count, across.shape[2], -1)
+
+
+def stress_load(mesh: Mesh, materials: Materials, stress: Mapping[str, Array]) -> Array:
+    """Nodal forces (3 n_nodes,) that hold an isotropic stress s, ``int s dN_i/dx_a dV``.
+
+    ``stress`` (n_elements, n_points) by element type, at the points of the rule of its stiffness, of an element of mean
+    strain the same at all of them. Incompatible functions move so that no force acts on them.
+    """
+    lame = element_values(mesh, materials, lambda m: m.lame)
+    shear = element_values(mesh, materials, lambda m: m.shear_modulus)
+    load = np.zeros((mesh.n_nodes, 3))
+    for element, part in chunks(mesh, 27):
+        nodes, n = mesh.blocks[element.name][part], element.n_nodes
+        gradients, weights = solid_gradients(mesh, element, part.start, nodes, mean=False)
+        scaled = weights * stress[element.name][part]
+        if element.incompatible:
+            gradients = np.concatenate([gradients, _bubbles(mesh, element, part, weights)], axis=2)
+        forces = np.einsum("eq,eqna->ean", scaled, gradients)
+        if element.incompatible:
+            products = _gradient_products(mesh, element, part)
+            trace = products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2]
+            lam, mu = lame[element.name][part, None, None], shear[element.name][part, None, None]
+            _, across, own = _apart(_elastic(products, trace, lam, mu), n)
+            inner = np.linalg.solve(own, forces[:, :, n:].reshape(len(nodes), -1, 1))
+            forces = forces[:, :, :n] - np.matmul(across, inner).reshape(len(nodes), 3, n)
+        for axis in range(3):
+            load[:, axis] += np.bincount(nodes.ravel(), forces[:, axis].ravel(), minlength=mesh.n_nodes)
+    return load.ravel()
 
 
 HOURGLASS = 0.005

@@ -46,6 +46,8 @@ class Mesh:
         Named groups: node indices; element indices by type; faces.
     node_labels, element_labels
         Numbers the nodes and elements carry outside (an imported file); 1, 2, ... when not given.
+    temperature
+        Of the nodes (n_nodes,), at which tables of materials are read; None: materials are as at their reference.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Mesh:
     surfaces: Mapping[str, Surface] = field(default_factory=dict)
     node_labels: IntArray | None = None
     element_labels: Mapping[str, IntArray] | None = None
+    temperature: Array | None = None
 
     def __post_init__(self) -> None:
         faults = list(_faults(self))
@@ -171,6 +174,10 @@ def _faults(mesh: Mesh) -> Iterator[str]:
         len(mesh.node_labels) != len(nodes) or len(np.unique(mesh.node_labels)) != len(nodes)
     ):
         yield f"node labels: expected {len(nodes)} different numbers, one a node"
+    if mesh.temperature is not None and (
+        np.shape(mesh.temperature) != (len(nodes),) or not np.all(np.isfinite(mesh.temperature))
+    ):
+        yield f"temperature: expected {len(nodes)} finite numbers, one a node"
 
 
 def _connectivity_faults(
@@ -224,6 +231,19 @@ def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
         node = np.asarray(wanted)[missing][0]
         raise InputError(Fault(statement=f"{what} uses node {node}, which is not in the mesh"))
     return nodes
+
+
+def part_of(mesh: Mesh, chosen: Mapping[str, IntArray]) -> Mesh:
+    """A mesh of all nodes and some elements, with what of its element sets is among them; no surfaces."""
+    return Mesh(
+        nodes=mesh.nodes,
+        blocks={kind: mesh.blocks[kind][at] for kind, at in chosen.items() if len(at)},
+        element_sets={
+            name: {kind: np.flatnonzero(np.isin(at, own.get(kind, ()))) for kind, at in chosen.items() if len(at)}
+            for name, own in mesh.element_sets.items()
+        },
+        temperature=mesh.temperature,
+    )
 
 
 def together(parts: Mapping[str, Mesh]) -> Mesh:

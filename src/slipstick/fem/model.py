@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array, issparse, vstack
@@ -458,10 +458,10 @@ class FiniteElementModel:
             raise InputError(unknown)
         return np.concatenate([np.empty(0, dtype=np.int64), *(self.node_sets[name] for name in sets)])
 
-    def conducting(self, conductivity: float) -> FiniteElementModel:
-        """The model with this conductivity in every material, power/(length temperature)."""
+    def with_properties(self, **properties: Any) -> FiniteElementModel:
+        """The model with these properties in every material: conductivity, expansion, reference."""
         known = self.materials or {"all": Material(young=1.0, poisson=0.0)}
-        return replace(self, materials={n: replace(m, conductivity=conductivity) for n, m in known.items()})
+        return replace(self, materials={name: material.but(**properties) for name, material in known.items()})
 
     def constrain(self, equations: Iterable[NodalEquation], *, held: Iterable[Pair] = ()) -> FiniteElementModel:
         """The model with more linear constraints: dependent degrees of freedom are taken out of K, M, C.

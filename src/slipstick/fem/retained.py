@@ -21,9 +21,11 @@ from slipstick.fem.boundary import skin_of, surface_towards
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
 from slipstick.fem.contact_points import ContactPatches, ContactPoints, WeightedPoints, contact_patches, spread_nodes
 from slipstick.fem.cyclic import turned
+from slipstick.fem.expansion import TemperatureFields
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.fem.model import FiniteElementModel
+from slipstick.fem.moved_supports import MovedSupports
 from slipstick.fem.strains import chosen_elements, strain_matrix
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows
 from slipstick.typing import Array, Reals
@@ -54,6 +56,8 @@ class Retained:
         neighbours, then those of pairs of surfaces. The directions begin with theirs, in this order.
     surface
         The surface of the points "c".
+    moved
+        Supports that move.
     """
 
     model: FiniteElementModel
@@ -63,6 +67,7 @@ class Retained:
     loads: Mapping[str, Array]
     sides: Mapping[str, ContactPoints]
     surface: Surface | None = None
+    moved: MovedSupports | None = None
 
     @property
     def points(self) -> ContactPoints | None:
@@ -87,7 +92,7 @@ class Retained:
         except InputError:
             return None
         on, count = (None, 0) if self.surface is None else (self.surface.nodes, self.sides["c"].count)
-        return skin_rows(self.model, self.places, on, count)
+        return skin_rows(self.model, self.places, on, count, self.moved)
 
     @property
     def request(self) -> dict[str, Any]:
@@ -129,6 +134,8 @@ def retain(
     keep: Sequence[str] = (),
     between: Neighbours | None = None,
     pairs: Sequence[WeightedPoints] = (),
+    temperature: TemperatureFields | None = None,
+    displacement: MovedSupports | None = None,
     solve: LinearSolver = default_solver,
 ) -> Retained:
     """Retained dofs of a constrained model: the motion of contact points, then that of named dofs.
@@ -153,6 +160,10 @@ def retain(
         Points towards the neighbours of a sector.
     pairs
         Points between two surfaces, whose motion is that of one surface less that of the other one.
+    temperature
+        Temperature fields: load shapes "temperature NAME".
+    displacement
+        Supports that move: load shapes "displacement NAME".
 
     Raises
     ------
@@ -172,6 +183,8 @@ def retain(
     sides = {side: replace(part.points, side=side) for side, part in patches.items()}
     if "c" in patches and (films or cold is not None):
         sides["c"] = replace(sides["c"], influence=_influence(model, patches["c"], films or {}, cold, solve))
+    if displacement is not None:
+        _require_apart(displacement, patches)
     columns = [*(_axes(model, part) for part in patches.values()), *([model.directions(keep)] if keep else [])]
     places = [*(np.repeat(side.positions, 3, axis=0) for side in sides.values()), model.dof_positions(keep)]
     return Retained(
@@ -179,10 +192,26 @@ def retain(
         directions=csc_array(hstack(columns)) if columns else csc_array((model.n_dofs, 0)),
         names=(*(name for side in sides.values() for name in side.dofs), *keep),
         places=np.concatenate(places),
-        loads=loads | {f"base {axis}": np.asarray(model.M @ model.translation(axis)) for axis in base},
+        loads=loads
+        | ({} if temperature is None else temperature.loads(model))
+        | ({} if displacement is None else dict(displacement.forces))
+        | {f"base {axis}": np.asarray(model.M @ model.translation(axis)) for axis in base},
         sides=sides,
         surface=on,
+        moved=displacement,
     )
+
+
+def _require_apart(displacement: MovedSupports, patches: Mapping[str, WeightedPoints]) -> None:
+    """Refuse contacts on nodes of supports that move: they are held, and contacts feel what is free."""
+    for name, motion in displacement.motions.items():
+        moved = motion.reshape(-1, 3).any(axis=1).astype(float)
+        for side, part in patches.items():
+            touched = np.flatnonzero(abs(part.weights).T @ moved)
+            if len(touched):
+                what = f"{len(touched)} contacts lie on it, the first of them {side}{touched[0] + 1}"
+                remedy = "move a support further away, or let the contact's nodes free"
+                raise InputError(Fault(("displacement", name), what, remedy=remedy))
 
 
 def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
@@ -262,7 +291,11 @@ def _influence(
 
 
 def skin_rows(
-    model: FiniteElementModel, places: Array | None = None, surface: Any = None, contacts: int = 0
+    model: FiniteElementModel,
+    places: Array | None = None,
+    surface: Any = None,
+    contacts: int = 0,
+    moved: MovedSupports | None = None,
 ) -> SkinRows:
     """The surface mesh of a body, with its dofs, fine at the contacts on the nodes of a ``surface``.
 
@@ -270,14 +303,24 @@ def skin_rows(
     """
     mesh = model.in_mesh("a skin")
     nodes, triangles = skin_of(mesh, fine=surface, most_fine=min(_NODES_A_CONTACT * contacts, _MOST_AT_CONTACTS))
-    return SkinRows(nodes=mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes), places=places)
+    held = {} if moved is None else moved.at_nodes(nodes)
+    return SkinRows(nodes=mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes), places=places, held=held)
 
 
-def strain_rows(model: FiniteElementModel, stress: Any, at: str) -> StrainRows:
+def strain_rows(
+    model: FiniteElementModel,
+    stress: Any,
+    at: str,
+    temperature: TemperatureFields | None = None,
+    moved: MovedSupports | None = None,
+) -> StrainRows:
     """Strains at chosen elements: "all", or their numbers, or names of element sets and surfaces.
 
     ``at`` is "elements" or "nodes"; see ``slipstick.fem.strains``.
     """
     mesh = model.in_mesh("stress")
-    places, matrix = strain_matrix(mesh, model.materials, chosen_elements(mesh, stress), at)
-    return StrainRows(places=places, rows=model.restrict(matrix))
+    chosen = chosen_elements(mesh, stress)
+    places, matrix = strain_matrix(mesh, model.materials, chosen, at)
+    free = {} if temperature is None else temperature.free_strains(model, chosen, at)
+    held = {} if moved is None else moved.seen(matrix)
+    return StrainRows(places=places, rows=model.restrict(matrix), free=free, held=held)

@@ -8,7 +8,9 @@ node it is the mean over the chosen elements of one material that meet there.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,23 +131,76 @@ def strain_matrix(
     InputError
         If an element is inside out or has no material.
     """
+    part = _part(mesh, chosen)
+    places, shares = _placed(mesh, materials, chosen, part, at)
+    gradients, nodes, place = [], [], []
+    for share in shares:
+        block = part.blocks[share.element.name][share.rows]
+        values = _gradients(part, share.element, share.rows, share.fit) / share.among[:, :, None, None]
+        gradients.append(values.reshape(-1, 3))
+        nodes.append(np.repeat(block, len(share.fit), axis=0).ravel())
+        place.append(np.repeat(share.place.ravel(), share.element.n_nodes))
+    return places, _strains(gradients, nodes, place, shape=(mesh.n_nodes, len(places.labels)))
+
+
+def strain_values(
+    mesh: Mesh, materials: Materials, chosen: dict[str, IntArray], at: str, strain: Mapping[str, Array]
+) -> Array:
+    """At the same places strains (6 n_places,) that are alike along all directions, from those at the points of the
+    stiffness rule, (n_elements, n_points) by element type.
+    """
+    part = _part(mesh, chosen)
+    places, shares = _placed(mesh, materials, chosen, part, at)
+    found = np.zeros(len(places.labels))
+    for share in shares:
+        kind = share.element.name
+        values = strain[kind][chosen[kind][share.rows]][:, : share.fit.shape[1]]
+        np.add.at(found, share.place, values @ share.fit.T / share.among)
+    return np.outer(found, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]).ravel()
+
+
+class _Share(NamedTuple):
+    """What some elements give to the places of strain."""
+
+    element: Element
+    rows: slice
+    fit: Array
+    """From the points of the rule to places of the element, (n_places, n_points)."""
+    place: IntArray
+    """Which these are, (n_elements, n_places)."""
+    among: Array
+    """Elements that share each of them, (n_elements, n_places)."""
+
+
+def _part(mesh: Mesh, chosen: dict[str, IntArray]) -> Mesh:
+    """The chosen elements, types of the same corners one after the other."""
     chosen = dict(sorted(chosen.items(), key=lambda item: (_linear(item[0]), item[0])))
-    young, poisson = (element_values(mesh, materials, value) for value in (lambda m: m.young, lambda m: m.poisson))
-    part = Mesh(
+    return Mesh(
         nodes=mesh.nodes,
         blocks={kind: mesh.blocks[kind][members] for kind, members in chosen.items()},
         element_labels={kind: _labels(mesh, kind, members) for kind, members in chosen.items()},
     )
-    E, nu = (np.concatenate([of[kind][members] for kind, members in chosen.items()]) for of in (young, poisson))
+
+
+def _placed(
+    mesh: Mesh, materials: Materials, chosen: dict[str, IntArray], part: Mesh, at: str
+) -> tuple[StrainPlaces, list[_Share]]:
+    """Places of strain in a part, and what each chunk of its elements gives to them."""
+
+    def of_elements(whole: Mesh, value: Callable[[Any], Any]) -> Array:
+        every = element_values(whole, materials, value)
+        return np.concatenate([every[kind][chosen[kind]] for kind in part.blocks])
+
+    E, nu = of_elements(mesh, lambda m: m.young), of_elements(mesh, lambda m: m.poisson)
     if at == NODES:
-        return _at_nodes(mesh, part, E, nu)
-    gradients, nodes, place, first, centres = [], [], [], 0, []
+        nominal = replace(mesh, temperature=None)
+        alike = np.stack([of_elements(nominal, lambda m: m.young), of_elements(nominal, lambda m: m.poisson)])
+        return _at_nodes(mesh, part, E, nu, np.unique(alike, axis=1, return_inverse=True)[1].ravel())
+    shares, first, centres = [], 0, []
     for element, rows in chunks(part, 27):
         block = part.blocks[element.name][rows]
-        _, middle = _fit(element)
-        gradients.append(_gradients(part, element, rows, middle)[:, 0].reshape(-1, 3))
-        nodes.append(block.ravel())
-        place.append(np.repeat(first + np.arange(len(block)), element.n_nodes))
+        own = (first + np.arange(len(block)))[:, None]
+        shares.append(_Share(element, rows, _fit(element)[1], own, np.ones(own.shape)))
         centres.append(np.einsum("n,end->ed", _centre(element)[1], mesh.nodes[block]))
         first += len(block)
     corners = {kind: block[:, : ELEMENTS[kind].n_corners] for kind, block in part.blocks.items()}
@@ -155,36 +210,35 @@ def strain_matrix(
         young=E, poisson=nu, nodes=mesh.nodes[used],
         cells=_cells({kind: np.searchsorted(used, block) for kind, block in corners.items()}),
     )  # fmt: skip
-    return places, _strains(gradients, nodes, place, shape=(mesh.n_nodes, first))
+    return places, shares
 
 
-def _at_nodes(mesh: Mesh, part: Mesh, E: Array, nu: Array) -> tuple[StrainPlaces, csc_array]:
+def _at_nodes(mesh: Mesh, part: Mesh, E: Array, nu: Array, material: IntArray) -> tuple[StrainPlaces, list[_Share]]:
     """The mean over elements of one material at each node."""
-    _, material = np.unique(np.stack([E, nu]), axis=1, return_inverse=True)
-    pairs, first = {}, 0
+    pairs, first, n_materials = {}, 0, int(material.max()) + 1
     for kind, block in part.blocks.items():
-        of_elements = material.ravel()[first : first + len(block)]
-        pairs[kind] = block * np.int64(material.max() + 1) + of_elements[:, None]
+        of_elements = material[first : first + len(block)]
+        pairs[kind] = block * np.int64(n_materials) + of_elements[:, None]
         first += len(block)
     keys, counts = np.unique(np.concatenate([pair.ravel() for pair in pairs.values()]), return_counts=True)
-    gradients, nodes, place = [], [], []
+    shares, places_of = [], {kind: np.searchsorted(keys, pair) for kind, pair in pairs.items()}
     for element, rows in chunks(part, 27):
-        block = part.blocks[element.name][rows]
-        at_nodes, _ = _fit(element)
-        own = np.searchsorted(keys, pairs[element.name][rows])
-        n = element.n_nodes
-        values = _gradients(part, element, rows, at_nodes) / counts[own][:, :, None, None]
-        gradients.append(values.reshape(-1, 3))
-        nodes.append(np.repeat(block, n, axis=0).ravel())
-        place.append(np.repeat(own.ravel(), n))
-    of_node, of_material = keys // (material.max() + 1), keys % (material.max() + 1)
-    some = np.unique(material.ravel(), return_index=True)[1][of_material]
+        own = places_of[element.name][rows]
+        shares.append(_Share(element, rows, _fit(element)[0], own, counts[own].astype(float)))
+    of_node, of_material = keys // n_materials, keys % n_materials
+    if mesh.temperature is None:
+        some = np.unique(material, return_index=True)[1][of_material]
+        E, nu = E[some], nu[some]
+    else:
+        every = np.concatenate([own.ravel() for own in places_of.values()])
+        width = np.concatenate([np.full(len(own), own.shape[1]) for own in places_of.values()])
+        E, nu = (np.bincount(every, np.repeat(value, width)) / counts for value in (E, nu))
     places = StrainPlaces(
-        at=NODES, labels=mesh.labels[of_node], positions=mesh.nodes[of_node], young=E[some], poisson=nu[some],
+        at=NODES, labels=mesh.labels[of_node], positions=mesh.nodes[of_node], young=E, poisson=nu,
         nodes=mesh.nodes[of_node],
-        cells=_cells({k: np.searchsorted(keys, pair[:, : ELEMENTS[k].n_corners]) for k, pair in pairs.items()}),
+        cells=_cells({kind: own[:, : ELEMENTS[kind].n_corners] for kind, own in places_of.items()}),
     )  # fmt: skip
-    return places, _strains(gradients, nodes, place, shape=(mesh.n_nodes, len(keys)))
+    return places, shares
 
 
 def _cells(blocks: dict[str, IntArray]) -> dict[str, IntArray]:

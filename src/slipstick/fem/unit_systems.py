@@ -47,10 +47,10 @@ class Conversion:
         return self.force / self.length
 
     def material(self, old: Material) -> Material:
-        """A material in the new units."""
-        return Material(
-            young=old.young * self.force / self.length**2,
-            poisson=old.poisson,
+        """A material in the new units; temperatures stay."""
+        young = [(at, value * self.force / self.length**2) for at, value in old.tables.get("young", ())]
+        return old.but(
+            young=young or old.young * self.force / self.length**2,
             density=old.density * self.mass / self.length**3,
             conductivity=old.conductivity * self.force / self.time,
         )

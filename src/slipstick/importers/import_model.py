@@ -46,6 +46,8 @@ def import_model(
     constraints: int | None = None,
     material: Material | None = None,
     conductivity: float | None = None,
+    expansion: float | Sequence[Sequence[float]] | None = None,
+    reference: float | None = None,
     fixed: str | Sequence[str] = (),
     quadratic: bool = False,
     units: str | None = None,
@@ -65,8 +67,10 @@ def import_model(
     output
         Where the model is kept as one HDF5 file, which a case file may name; a file there is replaced once the new one
         is whole.
-    mass, damping, dof_map, nodes, names, constraints, material, conductivity, fixed, quadratic, units, scale, to
+    mass, damping, dof_map, nodes, names, constraints, fixed, quadratic, units, scale, to
         What the files do not say: see :class:`ImportOptions`.
+    material, conductivity, expansion, reference
+        Likewise of materials.
 
     Returns
     -------
@@ -95,8 +99,8 @@ def import_model(
     gathering = Gathering()
     wanted: dict[str, Any] = {
         "mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "names": {} if names is None else names,
-        "constraints": constraints, "material": material, "conductivity": conductivity, "fixed": fixed,
-        "quadratic": quadratic, "units": units, "scale": scale, "to": to,
+        "constraints": constraints, "material": material, "conductivity": conductivity, "expansion": expansion,
+        "reference": reference, "fixed": fixed, "quadratic": quadratic, "units": units, "scale": scale, "to": to,
     }  # fmt: skip
     options = gathering.take(ImportOptions, **wanted)
     place = None if output is None else gathering.take(path_of, "output", output)
@@ -165,16 +169,13 @@ def read_model(
     if Path(first).suffix.lower() not in MODELS:  # a model file has its warnings already
         warnings = material_warnings(model.materials, model.units, model.source)
         model = replace(model, warnings=(*model.warnings, *warnings))
-    if options.conductivity is not None:
-        if model.mesh is None:
-            raise InputError(
-                Fault(
-                    "conductivity",
-                    "without a mesh it has no effect",
-                    remedy="import the mesh too, or leave it out",
-                )
-            )
-        model = model.conducting(options.conductivity)
+    more = {name: getattr(options, name) for name in ("conductivity", "expansion", "reference")}
+    more = {name: value for name, value in more.items() if value is not None}
+    if more and model.mesh is None:
+        what, remedy = "without a mesh it has no effect", "import the mesh too, or leave it out"
+        raise InputError([Fault(name, what, remedy=remedy) for name in more])
+    if more:
+        model = model.with_properties(**more)
     if not quiet:
         model.announce()
     return model

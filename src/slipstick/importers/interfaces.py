@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.errors import Fault, Place
 from slipstick.fem.elements import ELEMENTS, FACES
+from slipstick.fem.load_steps import INITIAL
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.ties import face_size
 from slipstick.fem.unit_systems import other_units
@@ -65,6 +66,15 @@ def kept_note(deck: Deck) -> Iterator[str]:
     if deck.load_steps:
         steps = ", ".join(f"{name} ({len(step.loads)})" for name, step in deck.load_steps.items())
         yield f"{deck.source}: loads are kept as model.load_steps and have no effect here: {steps}"
+        for kind, name in (("temperature", "hot"), ("displacement", "jaw")):
+            steps_with = (
+                at
+                for at, step in deck.load_steps.items()
+                if at != INITIAL and any(load.kind == kind for load in step.loads)
+            )
+            if (first := next(steps_with, None)) is not None:
+                given = f'{kind}={{"{name}": "{first}"}}'
+                yield f"{deck.source}: ss.reduced_body takes the {kind} of a step by its name, {given}"
 
 
 _RATHER_PERCENT = 3.0

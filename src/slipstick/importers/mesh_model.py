@@ -11,7 +11,9 @@ from slipstick.errors import Fault, InputError
 from slipstick.fem import refine
 from slipstick.fem.elements import LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import names_dofs
+from slipstick.fem.expansion import initial_temperature, step_temperature, tabulated
 from slipstick.fem.geometry import hourglass_warnings
+from slipstick.fem.load_steps import INITIAL
 from slipstick.fem.lumped import with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
@@ -79,8 +81,11 @@ def assemble_mesh(
     whole = replace(deck, held={tuple(pair) for pair in _held(mesh, fixed).tolist()})
     whole.held |= {pair for pair in deck.held if pair[1] > 2}
     mesh = replace(mesh, node_sets={name: nodes for name, nodes in mesh.node_sets.items() if name not in _HELD})
-    whole.mesh, whole.units = mesh, units or deck.units
+    changing = tabulated(materials)
     with made_of(source):
+        if changing and initial_temperature(deck.load_steps):
+            mesh = replace(mesh, temperature=step_temperature(mesh, deck.load_steps, INITIAL))
+        whole.mesh, whole.units = mesh, units or deck.units
         _assemble(whole, mesh, materials)
     whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
     whole.own_warnings = [
@@ -91,6 +96,7 @@ def assemble_mesh(
         *material_warnings(deck.materials, material, source),
         *pair_warnings(deck, mesh),
         *section_warnings(deck, mesh),
+        *_table_warnings(source, changing, mesh),
     ]
     symmetry = deck.symmetry(mesh)
     model = build_model(whole, source=source)
@@ -113,6 +119,16 @@ def assemble_mesh(
     alone = build_model(whole, source=source, cyclic=False)
     alone = replace(alone.fix(single) if single else alone, mesh=mesh, materials=dict(materials))
     return replace(model, symmetry=replace(symmetry, alone=alone))
+
+
+def _table_warnings(source: str, changing: Sequence[str], mesh: Mesh) -> Iterator[str]:
+    """The temperature at which tables are read, where the file states none."""
+    if changing and mesh.temperature is None:
+        yield (
+            f"{source}: the elasticity of {', '.join(changing)} depends on temperature, and the file states no initial "
+            "one: it is that at the reference of the expansion, or of the first row; ss.models.at_temperature takes "
+            "another"
+        )
 
 
 def _orphans(deck: Deck, mesh: Mesh, source: str) -> Iterator[str]:

@@ -49,6 +49,9 @@ class ImportOptions:
         Material for a mesh, instead of those in the file.
     conductivity
         Of every material, power/(length temperature), where the files have none.
+    expansion, reference
+        Coefficient of thermal expansion of every material, 1/temperature, a number or rows of a temperature and a
+        number; the temperature from which it counts. As in :class:`slipstick.Material`.
     fixed
         Node sets or surfaces to hold; nodes ("n12"), dofs ("n12y").
     quadratic
@@ -87,6 +90,8 @@ class ImportOptions:
     constraints: int | None = None
     material: Material | None = None
     conductivity: float | None = None
+    expansion: Any = None
+    reference: float | None = None
     fixed: Sequence[str] = ()
     quadratic: bool = False
     units: str | None = None
@@ -101,6 +106,8 @@ class ImportOptions:
             "constraints": partial(whole, "constraints"),
             "material": lambda value: one("material", value, Material, "an ss.Material"),
             "conductivity": partial(number, "conductivity", expected="a conductivity >= 0", above=0.0),
+            "expansion": _expansion,
+            "reference": partial(number, "reference", expected="a temperature"),
             "fixed": partial(text_list, "fixed", expected="names of node sets or surfaces"),
             "quadratic": partial(truth, "quadratic"),
             "units": partial(text, "units"),
@@ -111,6 +118,15 @@ class ImportOptions:
             if (value := getattr(self, name)) is not None or name in ("names", "fixed", "quadratic"):
                 object.__setattr__(self, name, found.take(check, value))
         found.end()
+
+
+def _expansion(value: Any) -> Any:
+    """As a material takes it."""
+    try:
+        Material(young=1.0, poisson=0.0, expansion=value)
+        return value
+    except InputError as error:
+        raise InputError([fault.below("material") for fault in error.faults]) from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -107,6 +107,8 @@ def _write_group(group: h5py.Group, where: str, arrays: Mapping[str, NDArray]) -
 
 def _write_mesh(group: h5py.Group, mesh: Mesh) -> None:
     group["nodes"], group["labels"] = mesh.nodes, mesh.labels
+    if mesh.temperature is not None:
+        group["temperature"] = mesh.temperature
     _write_group(group, "blocks", mesh.blocks)
     _write_group(group, "node_sets", mesh.node_sets)
     _write_group(group, "element_labels", mesh.element_labels or {})
@@ -252,6 +254,7 @@ def _mesh(group: h5py.Group, path: Path) -> Mesh:
         surfaces={name: Surface(faces=faces) for name, faces in _nested(group, "surfaces", path).items()},
         node_labels=_array(group, "labels", path),
         element_labels=_group(group, "element_labels", path) or None,
+        temperature=_array(group, "temperature", path) if "temperature" in group else None,
     )
 
 

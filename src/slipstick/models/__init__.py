@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from slipstick.public_names import on_first_use
 
 _PUBLIC = {
+    "at_temperature": "slipstick.fem.expansion",
     "campbell": "slipstick.structure.campbell",
     "beam_rotor": "slipstick.models.rotor",
     "craig_bampton": "slipstick.structure.reduction.craig_bampton",
@@ -43,6 +44,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
+    from slipstick.fem.expansion import at_temperature as at_temperature
     from slipstick.models.contact_stiffness import greenwood_williamson as greenwood_williamson
     from slipstick.models.contact_stiffness import hertz_mindlin as hertz_mindlin
     from slipstick.models.contact_stiffness import penalty_stiffness as penalty_stiffness

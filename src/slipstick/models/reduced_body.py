@@ -25,15 +25,17 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.fem.equations import COMPONENTS
+from slipstick.fem.expansion import TemperatureFields
 from slipstick.fem.mesh import Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
+from slipstick.fem.moved_supports import MOVED, MovedSupports
 from slipstick.fem.retained import Retained, retain, strain_rows
 from slipstick.models.reduced import ReducedModel, checked_options, damping_warnings, mode_faults, require_names
 from slipstick.models.surface_pair import SurfacePair
 from slipstick.structure.reduction.reduce import StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind
 from slipstick.structure.strains import ELEMENTS, MOST_NUMBER, NODES
-from slipstick.typing import Reals
+from slipstick.typing import Reals, Temperature
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -109,6 +111,9 @@ def reduced_body(
     radius: float | None = None,
     pressure: str | Mapping[str, str] | None = None,
     base: str | Sequence[str] = (),
+    temperature: Mapping[str, Temperature] | None = None,
+    initial_temperature: Temperature | None = None,
+    displacement: Mapping[str, str | Mapping[str, Any]] | None = None,
     films: Mapping[str, float] | None = None,
     cold: str | None = None,
     keep: Sequence[str] = (),
@@ -141,6 +146,19 @@ def reduced_body(
     base
         Directions "x", "y", "z" in which the support may move: load shapes "base x" ... for ``ss.Load(base="x", ...)``.
         Inertia that couples held and free nodes is left out; it vanishes as the mesh is refined.
+    temperature
+        Temperature fields by name: load shapes "temperature NAME", one time the thermal strain of the field, for
+        ``ss.LoadStep(temperature=NAME)``. Each is a temperature, temperatures by node set or surface such as
+        ``{"all": 20.0, "FLANGE": 300.0}``, one for each node of the mesh, or the name of one of ``model.load_steps``
+        that the file gives temperatures in. They need materials with ``expansion``.
+    initial_temperature
+        The field at which there is no stress; without it the initial temperatures of the file, or else the
+        ``reference`` of each material.
+    displacement
+        Supports that can be moved in load steps, by name: load shapes "displacement NAME", for
+        ``ss.LoadStep(displacement={NAME: 1e-4})``. Each is what moves for a unit displacement: node sets or surfaces
+        with a direction, ``{"jaw": {"x1": [1, 0, 0]}}``, or held dofs, ``{"jaw": {"n12x": 1.0}}``; or the name of one
+        of ``model.load_steps`` that prescribes displacements, times a factor. Motions are then absolute.
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
@@ -200,6 +218,11 @@ def reduced_body(
         "films": _films(gathering, films),
         "cold": gathering.optional(text, "cold", cold, "the name of a node set or surface"),
     }  # fmt: skip
+    wanted = gathering.optional(table, "temperature", temperature, "temperature fields by name") or {}
+    supports = gathering.optional(table, "displacement", displacement, MOVED) or {}
+    if initial_temperature is not None and not wanted:
+        remedy = 'give the fields that act too: temperature={"hot": 120.0}'
+        gathering.faults.append(Fault("initial_temperature", "is given without temperature", remedy=remedy))
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     gathering.take(residuals_kind, residuals)
@@ -207,9 +230,11 @@ def reduced_body(
     gathering.end()
     require_names(model, options, others=[*_request_faults(model, options)])
     number_of_modes, accuracy, highest = (options.pop(name) for name in ("modes", "accuracy", "up_to"))
-    strains = None if elements is None else _strains(model, elements, stress_at)
+    heat, moved = TemperatureFields.of(model, wanted, initial_temperature), MovedSupports.of(model, supports)
+    strains = None if elements is None else _strains(model, elements, stress_at, heat, moved)
     joints = options.pop("pairs")
-    body = retain(model, **options, pairs=[joint.facing for joint in joints])
+    facing = [joint.facing for joint in joints]
+    body = retain(model, **options, pairs=facing, temperature=heat, displacement=moved)
     within: dict[str, Any] = {} if accuracy is None else {"accuracy": accuracy, "frequency_range": (0.0, highest)}
     reduction = reduce_model(
         model.K,
@@ -227,7 +252,12 @@ def reduced_body(
         residuals=residuals,
         strains=strains,
     )
-    left_out = (*damping_warnings(model, otherwise=_CORIOLIS), *([] if strains is None else _stress_warnings(model)))
+    left_out = (
+        *damping_warnings(model, otherwise=_CORIOLIS),
+        *([] if strains is None else _stress_warnings(model)),
+        *(() if heat is None else heat.warnings),
+        *(() if moved is None else moved.warnings),
+    )
     warn(left_out)
     reduction.structure.units = model.unit_names
     return ReducedBody(
@@ -238,7 +268,11 @@ def reduced_body(
         seconds=reduction.seconds,
         reused=reduction.reused,
         source=f"{model.source}; units: {model.units_told}",
-        notes=(*model.notes, *(note for joint in joints for note in joint.notes)),
+        notes=(
+            *model.notes,
+            *(note for joint in joints for note in joint.notes),
+            *(() if heat is None else heat.notes(model)),
+        ),
         warnings=(*model.warnings, *(warning for joint in joints for warning in joint.warnings), *left_out),
         full=partial(replace, body),
     )
@@ -293,13 +327,15 @@ def wanted_elements(stress: Any, at: Any) -> Any:
     return [item if isinstance(item, str) else whole("stress, element number", item, 0, MOST_NUMBER) for item in items]
 
 
-def _strains(model: FiniteElementModel, elements: Any, at: str) -> StrainRows:
+def _strains(
+    model: FiniteElementModel, elements: Any, at: str, heat: TemperatureFields | None, moved: MovedSupports | None
+) -> StrainRows:
     """Strains of a model that brought a mesh with materials."""
     missing = "no mesh" if model.mesh is None else "a mesh without materials" if not model.materials else ""
     if missing:
         what = f"{model.source} has {missing}, and stress comes from elements and their material"
         raise InputError(Fault("stress", what, remedy="import the mesh too, with its materials, or leave stress out"))
-    return strain_rows(model, elements, at)
+    return strain_rows(model, elements, at, heat, moved)
 
 
 def _stress_warnings(model: FiniteElementModel) -> Iterator[str]:

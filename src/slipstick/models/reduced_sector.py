@@ -28,7 +28,7 @@ from slipstick.fem.assembly import assemble
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired
-from slipstick.fem.mesh import Mesh, Surface, user_names
+from slipstick.fem.mesh import Surface, part_of, user_names
 from slipstick.fem.model import ImportedModel
 from slipstick.fem.retained import Neighbours, Retained, retain
 from slipstick.fem.rotation import sector_at_speed
@@ -576,21 +576,8 @@ def _blade_share(model: ImportedModel, blade: Any) -> tuple[IntArray, Any]:
         kind: np.unique(np.concatenate([mesh.element_sets[name].get(kind, np.zeros(0, np.int64)) for name in sets]))
         for kind in mesh.blocks
     }
-    part = Mesh(
-        nodes=mesh.nodes,
-        blocks={kind: mesh.blocks[kind][at] for kind, at in chosen.items() if len(at)},
-        element_sets={
-            name: {kind: np.flatnonzero(np.isin(at, own.get(kind, ()))) for kind, at in chosen.items() if len(at)}
-            for name, own in mesh.element_sets.items()
-        },
-    )
-    used = {
-        name: material
-        for name, material in materials.items()
-        if any(len(at) for at in part.element_sets[name].values())
-    }
     model.in_mesh("blades that differ")
-    K = csr_array(model.motion.T @ assemble(part, used).stiffness @ model.motion)
+    K = csr_array(model.motion.T @ assemble(part_of(mesh, chosen), materials).stiffness @ model.motion)
     rows = np.flatnonzero(np.diff(K.indptr))
     return rows, K[rows][:, rows]
 

@@ -17,6 +17,7 @@ from slipstick.typing import Array, IntArray, Points
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.balance.problem import Problem
     from slipstick.results.solutions import Solutions
 
 PLACE = "place"
@@ -86,8 +87,8 @@ def stress_of(branch: Solutions, points: Points = None, at: Any = None) -> xarra
         found = f"{len(numbers)} points and {len(chosen)} places"
         remedy = f"give fewer: {_MOST // (6 * L)} points times places at most"
         raise InputError(Fault("stress", found=found, remedy=remedy))
-    strain = _strain(branch, strains, numbers, chosen)
-    stress = strains.places.stress(strain, chosen)
+    strain, free = _strain(branch, strains, numbers, chosen)
+    stress = strains.places.stress(strain - free, chosen)
     measured = [_measured(branch.harmonics, one) for one in stress]
     return _dataset(branch, strains.places, chosen, numbers, strain, stress, measured)
 
@@ -139,11 +140,11 @@ def chosen_places(places: StrainPlaces, at: Any) -> IntArray:
     return np.concatenate([order[a:b] for a, b in zip(first, last, strict=True)])
 
 
-def _strain(branch: Solutions, strains: Strains, numbers: list[int], chosen: IntArray) -> Array:
-    """Coefficients (n_points, n_places, 6, L)."""
+def _strain(branch: Solutions, strains: Strains, numbers: list[int], chosen: IntArray) -> tuple[Array, Array]:
+    """Coefficients (n_points, n_places, 6, L) of the strain, and of what of it is free of stress."""
     rows = (6 * chosen[:, None] + np.arange(6)).ravel()
     L = branch.table.sizes["coefficient"]
-    step, parts = max(1, _TOGETHER // (len(rows) * L)), []
+    step, parts, free = max(1, _TOGETHER // (len(rows) * L)), [], []
     for first in range(0, len(numbers), step):
         points = numbers[first : first + step]
         forces = force_fields(branch, points, 0.0) if strains.static is None else None
@@ -151,7 +152,20 @@ def _strain(branch: Solutions, strains: Strains, numbers: list[int], chosen: Int
             structure: Any = balance.problem.structure
             recovered = structure.strains.of(structure, rows, forces)
             parts.append(recovered_motion(balance, recovered, branch.table, at))
-    return np.concatenate(parts or [np.empty((0, len(rows), L))]).reshape(-1, len(chosen), 6, L)
+            free.append(np.broadcast_to(_free(balance.problem, structure.strains, rows), parts[-1].shape))
+    none = np.empty((0, len(rows), L))
+    strain, without = (np.concatenate(each or [none]).reshape(-1, len(chosen), 6, L) for each in (parts, free))
+    return strain, without
+
+
+def _free(problem: Problem, strains: Strains, rows: IntArray) -> Array:
+    """Strain without stress at some rows (n, L), as that of temperature."""
+    P, columns = problem.load_coefficients(), problem.load_columns
+    found = np.zeros((len(rows), P.shape[1]))
+    for name, row in zip(columns.shapes, P[columns.vectors.shape[1] :], strict=True):
+        if name in strains.free:
+            found += np.outer(strains.free[name][rows], row)
+    return found
 
 
 def _dataset(

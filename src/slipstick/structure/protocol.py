@@ -38,6 +38,10 @@ class TimeEquations:
     feedthrough: Array
 
 
+TEMPERATURE, DISPLACEMENT = "temperature", "displacement"
+"""Load shapes of temperature fields and of supports that move are called by these words, before their own names."""
+
+
 class Around(NamedTuple):
     """Cyclic symmetry of a structure on a disc."""
 

@@ -145,6 +145,8 @@ class Strains:
         The same of each load shape (6 n,).
     rows
         What takes strains out of the motion of the full model, sparse (n_full, 6 n); where ``static`` is None.
+    free
+        Strain without stress of load shapes (6 n,), as thermal strain; none of others.
 
     Raises
     ------
@@ -159,6 +161,7 @@ class Strains:
     loads: Mapping[str, Array] = field(default_factory=dict)
     second_loads: Mapping[str, Array] = field(default_factory=dict)
     rows: Sparse | None = None
+    free: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not isinstance(self.places, StrainPlaces):
@@ -174,7 +177,7 @@ class Strains:
             faults += wrong or array_faults(("strains", name), real(value), (n, *np.shape(value)[1:2]))
             made[name] = None if wrong else real(value).astype(np.float32)
         faults += solved_faults("strains", self.static, self.rows, n)
-        for name in ("loads", "second_loads"):
+        for name in ("loads", "second_loads", "free"):
             for shape, value in getattr(self, name).items():
                 wrong = number_faults(("strains", name, shape), value)
                 faults += wrong or array_faults(("strains", name, shape), real(value), (n,))
@@ -186,9 +189,10 @@ class Strains:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What equal strains are made from; rows only where there are any."""
+        """What equal strains are made from; rows and free strains only where there are any."""
         known = {f.name: getattr(self, f.name) for f in fields(self)}
-        return {name: value for name, value in known.items() if name != "rows" or value is not None}
+        left_out = ({"rows"} if self.rows is None else set()) | (set() if self.free else {"free"})
+        return {name: value for name, value in known.items() if name not in left_out}
 
     def faults(self, modes: int, dofs: int, shapes: tuple[str, ...], full: int | None = None) -> list[Fault]:
         """Why these are no strains of a structure with so many modes and dofs, and these load shapes.

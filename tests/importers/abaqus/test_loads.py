@@ -44,6 +44,7 @@ NALL, 80.
 *STATIC
 *BOUNDARY
 PULL, 1, 1, 0.01
+ROOT, 3, 3, 0.02
 *CLOAD
 2, 4, 7.
 *END STEP
@@ -84,12 +85,13 @@ def test_loads_are_kept_by_step(model):
             perturbation=True,
             loads=(
                 StepLoad(kind="bolt shortening", where="CUT", value=0.01),
+                StepLoad(kind="displacement", where="ROOT", value=0.02, axis=3),
                 StepLoad(kind="moment", where="2", value=7.0, axis=1),
             ),
         ),
     }
     said = (
-        "loads are kept as model.load_steps and have no effect here: INITIAL (1), ASSEMBLY (2), STEP-2 (8), STEP-3 (2)"
+        "loads are kept as model.load_steps and have no effect here: INITIAL (1), ASSEMBLY (2), STEP-2 (8), STEP-3 (3)"
     )
     assert any(said in note for note in model.notes)
 
@@ -123,6 +125,7 @@ def test_in_other_units(tmp_path):
     assert value.pop("pressure") == pytest.approx(1.5e6)
     assert value.pop("gravity") == pytest.approx(9.81e-3)
     assert value.pop("bolt shortening") == pytest.approx(1e-5)
+    assert value.pop("displacement") == pytest.approx(2e-5)
     assert value.pop("body force") == pytest.approx(4e9)
     assert value.pop("moment") == pytest.approx(7e-3)
     assert value == {

@@ -14,6 +14,7 @@ from slipstick.contact.law import Law
 from slipstick.contact.names import standing_for
 from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, number, several, suggestion, table, text, whole
+from slipstick.structure.protocol import DISPLACEMENT, TEMPERATURE, Structure
 
 INCREMENTS = 10
 """Equal parts of a step where no number is given."""
@@ -74,6 +75,13 @@ class LoadStep:
         Force of bolts by name, at the end of the step; they keep their length in the steps that follow.
     shortening
         Shortening of bolts by name, length, counted from the state without force at rest.
+    temperature
+        Name of a temperature field of the structure (``temperature`` of :func:`slipstick.reduced_body`), or factors on
+        several, ``{"hot": 0.5}``. The body has this temperature until a later step gives another one; ``{}`` is that
+        without thermal strain.
+    displacement
+        Motion of supports by name, length (``displacement`` of :func:`slipstick.reduced_body`), counted from the
+        beginning. A support stays until a later step moves it.
     increments
         Number of equal increments; they are cut where the iteration does not converge.
 
@@ -93,6 +101,8 @@ class LoadStep:
     loads: Sequence[Load]
     bolts: Mapping[str, float]
     shortening: Mapping[str, float]
+    temperature: Mapping[str, float] | None
+    displacement: Mapping[str, float]
     increments: int
 
     def __init__(
@@ -102,6 +112,8 @@ class LoadStep:
         loads: Load | Sequence[Load] = (),
         bolts: Mapping[str, float] | None = None,
         shortening: Mapping[str, float] | None = None,
+        temperature: str | Mapping[str, float] | None = None,
+        displacement: Mapping[str, float] | None = None,
         increments: int = INCREMENTS,
     ) -> None:
         gathering = Gathering()
@@ -111,13 +123,18 @@ class LoadStep:
             if load.harmonic:
                 varying = f"a load of harmonic {load.harmonic} on '{load.target}'"
                 gathering.faults.append(Fault(("loads", place), found=varying, expected="a static load: harmonic=0"))
-        for key, given, least in (("bolts", bolts, 0.0), ("shortening", shortening, -float("inf"))):
-            named = 'values by the names of bolts, {"bolt 1": 12e3}'
+        if isinstance(temperature, str):
+            temperature = {temperature: 1.0}
+        for key, given in (
+            ("bolts", bolts), ("shortening", shortening), (TEMPERATURE, temperature), (DISPLACEMENT, displacement)
+        ):  # fmt: skip
+            named, expected, least = _BY_NAME[key]
             found: dict[str, Any] = gathering.take(table, key, {} if given is None else given, named) or {}
-            expected = "a force >= 0" if key == "bolts" else "a length"
             values[key] = {
                 bolt: gathering.take(number, (key, bolt), value, expected, above=least) for bolt, value in found.items()
             }
+        if temperature is None:
+            values[TEMPERATURE] = None
         for bolt in values["bolts"].keys() & values["shortening"].keys():
             gathering.faults.append(Fault(("shortening", bolt), "is given together with its force", remedy="keep one"))
         values["increments"] = gathering.take(whole, "increments", increments, 1, _MOST_INCREMENTS)
@@ -128,7 +145,42 @@ class LoadStep:
     @property
     def empty(self) -> bool:
         """Whether nothing changes in it."""
-        return not (self.loads or self.bolts or self.shortening)
+        return not (self.loads or self.bolts or self.shortening or self.displacement) and self.temperature is None
+
+    def fields(self, structure: Structure) -> list[Load]:
+        """Loads of its temperature and of the supports that move.
+
+        Raises
+        ------
+        InputError
+            For temperature fields and supports that the structure does not have.
+        """
+        gathering, loads = Gathering(), list[Load]()
+        for kind, values in ((TEMPERATURE, self.temperature), (DISPLACEMENT, self.displacement)):
+            known = [shape.removeprefix(f"{kind} ") for shape in structure.load_shapes if shape.startswith(f"{kind} ")]
+            for name in (values or {}).keys() - set(known):
+                what, remedy = f"the structure has no {kind} '{name}'", suggestion(name, known)
+                remedy = remedy if known else f'give ss.reduced_body {kind}={{"{name}": ...}}'
+                gathering.faults.append(Fault((kind, name), what, remedy=remedy))
+            if values is not None:
+                others = 0.0 if kind == TEMPERATURE else None  # of a temperature the one before ends
+                given = {name: values.get(name, others) for name in known}
+                loads += [
+                    Load(shape=f"{kind} {name}", harmonic=0, cos=value)
+                    for name, value in given.items()
+                    if value is not None
+                ]
+        gathering.end()
+        return loads
+
+
+_BY_NAME: Mapping[str, tuple[str, str, float]] = {
+    "bolts": ('values by the names of bolts, {"bolt 1": 12e3}', "a force >= 0", 0.0),
+    "shortening": ('values by the names of bolts, {"bolt 1": 12e3}', "a length", -float("inf")),
+    TEMPERATURE: ('the name of a temperature field, or factors by name, {"hot": 0.5}', "a factor", -float("inf")),
+    DISPLACEMENT: ('displacements by the names of supports, {"jaw": 1e-4}', "a length", -float("inf")),
+}
+"""What is expected of tables by name, of each value in them, and the least one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +200,8 @@ def targets(problem: Problem, steps: Sequence[LoadStep]) -> list[Target]:
     Static loads of the problem itself whose place no step names act from the first step on.
     """
     gathering, acting = Gathering(), dict[tuple[Hashable, ...], Load]()
-    named = {load.place for step in steps for load in step.loads}
+    fields = [gathering.inside(("steps", k), step.fields, problem.structure) or [] for k, step in enumerate(steps)]
+    named = {load.place for step, more in zip(steps, fields, strict=True) for load in (*step.loads, *more)}
     for load in static_loads(problem):
         if load.place not in named:
             acting[load.place] = added(acting.get(load.place), load)
@@ -156,7 +209,7 @@ def targets(problem: Problem, steps: Sequence[LoadStep]) -> list[Target]:
     out = []
     for k, step in enumerate(steps):
         new = dict[tuple[Hashable, ...], Load]()
-        for load in step.loads:
+        for load in (*step.loads, *fields[k]):
             new[load.place] = added(new.get(load.place), load)
         acting = acting | new
         found: dict[str, dict[int, float]] = {"bolts": {}, "shortening": {}}

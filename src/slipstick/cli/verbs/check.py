@@ -101,6 +101,9 @@ def _load_steps(case: Case) -> None:
     if case.preloaded is None:
         return
     say(f"load steps: {some(case.preloaded.dataset['step'].to_numpy())}")
+    if case.steps is not None:
+        for line in case.steps.fields():
+            say(line)
     for line in case.preloaded.table().splitlines():
         say(line)
     for note in case.preloaded.notes:

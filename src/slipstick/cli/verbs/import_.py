@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -34,6 +34,8 @@ def import_(
     poisson: Annotated[float | None, typer.Option(help="Poisson's ratio.")] = None,
     density: Annotated[float | None, typer.Option(help="Density.")] = None,
     conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
+    expansion: Annotated[float | None, typer.Option(help="Coefficient of thermal expansion, 1/temperature.")] = None,
+    reference: Annotated[float | None, typer.Option(help="Temperature from which the expansion counts.")] = None,
     fix: Annotated[
         list[str] | None,
         typer.Option(help="Node set, surface, node (n12) or dof (n12y) to constrain; may be repeated."),
@@ -50,7 +52,10 @@ def import_(
     from slipstick.faults import Gathering
     from slipstick.importers.roles import ImportOptions
 
-    constants = {"young": young, "poisson": poisson, "density": density, "conductivity": conductivity}
+    constants = {
+        "young": young, "poisson": poisson, "density": density, "conductivity": conductivity, "expansion": expansion,
+        "reference": reference,
+    }  # fmt: skip
     material, faults = _material({key: value for key, value in constants.items() if value is not None})
     names, wrong_names = _names(name or ())
     factors, wrong_factors = _scale(scale or ())
@@ -85,7 +90,7 @@ def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
         warn_user('the units of the model are not stated; give them with --units "N, mm, t, s"')
 
 
-def _material(constants: dict[str, float]) -> tuple[Material | None, list[str | Fault]]:
+def _material(constants: dict[str, Any]) -> tuple[Material | None, list[str | Fault]]:
     from slipstick.fem.materials import REQUIRED, Material
 
     missing: list[str | Fault] = [

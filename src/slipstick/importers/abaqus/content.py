@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Content(Deck):
     skipped: dict[str, dict[int, list[int]]] = field(default_factory=dict)
     read: set[int] = field(default_factory=set)
     surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
-    properties: dict[str, dict[str, float]] = field(default_factory=dict)
+    properties: dict[str, dict[str, Any]] = field(default_factory=dict)
     law_faults: dict[str, list[Fault]] = field(default_factory=dict)
     sections: list[Section] = field(default_factory=list)
     other_sections: list[Section] = field(default_factory=list)

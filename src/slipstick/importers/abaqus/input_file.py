@@ -5,6 +5,7 @@ Every keyword is read here, or has a verdict in keywords.py, or is named as not 
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from slipstick.importers.abaqus.keywords import (
     solid_type,
     whole_text,
 )
-from slipstick.importers.abaqus.loads import bolt_motion
+from slipstick.importers.abaqus.loads import bolt_motion, moved_support
 from slipstick.importers.abaqus.parts import flat
 from slipstick.importers.abaqus.ties import about_diameters
 from slipstick.importers.findings import Entry, Verdict, refused
@@ -304,6 +305,7 @@ def _material(content: Content, block: Block) -> None:
 
 @KEYWORDS.reads("ELASTIC CONDUCTIVITY", "TYPE")
 @KEYWORDS.reads("DENSITY", "")
+@KEYWORDS.reads("EXPANSION", "TYPE ZERO USER DEPENDENCIES")
 def _property(content: Content, block: Block) -> None:
     if not content.material:
         raise ValueError("no *MATERIAL stands before it")
@@ -312,13 +314,28 @@ def _property(content: Content, block: Block) -> None:
     width = 2 if block.keyword == "ELASTIC" else 1
     isotropic = block.parameters.get("TYPE", "ISO") in ("ISO", "ISOTROPIC")
     varies = any(row[:width] != rows[0][:width] for row in rows)
+    by_temperature = all(len(row) == width + 1 for row in rows)
+    if block.keyword == "EXPANSION":
+        if not isotropic or not rows or "USER" in block.parameters or (varies and not by_temperature):
+            what = "depends on direction, on fields or on a routine and is not read; give expansion in the case"
+            content.note(Verdict.APPROXIMATED, block, what)
+            return
+        table["expansion"] = [(row[1], row[0]) for row in rows] if varies else rows[0][0]
+        table["reference"] = fortran_real(block.parameters.get("ZERO", "0"))
+        return
+    if block.keyword == "ELASTIC" and isotropic and varies and by_temperature:
+        for place, name in enumerate(("young", "poisson")):
+            of_name = [(row[2], row[place]) for row in rows]
+            table[name] = of_name if any(value != rows[0][place] for _, value in of_name) else rows[0][place]
+        return
     if block.keyword == "CONDUCTIVITY" and (varies or not isotropic):
         what = "depends on temperature or direction and is not read; give conductivity in the case"
         content.note(Verdict.APPROXIMATED, block, what)
     elif not isotropic:
         _law(content, block)
     elif varies:
-        _fault(content, block, "depends on temperature or fields; keep the line that holds at your temperature")
+        what = "depends on fields" if block.keyword == "ELASTIC" else "depends on temperature or fields"
+        _fault(content, block, f"{what}; keep the line that holds at your temperature")
     elif block.keyword == "ELASTIC":
         table["young"], table["poisson"] = rows[0][:2]
         if len(block.rows) == 1 and len(block.rows[0]) == 3 and block.rows[0][1] == "0":
@@ -422,8 +439,17 @@ def _boundary(content: Content, block: Block) -> None:
             continue
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
-        if axes and value and "FIXED" not in parameters:
-            content.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
+        if axes and "FIXED" not in parameters:
+            turned = any(node in content.turned for node in nodes)
+            in_step = bisect_right(content.step_lines, line) > 0
+            if value and (turned or not in_step or max(axes) > 2):
+                what = "prescribes a displacement that is not 0"
+                why = (
+                    "along a node's own axes" if turned else "before the first step" if not in_step else "of a rotation"
+                )
+                content.add(Verdict.COUPLING, block.shown, f"{what}, {why}", line)
+            elif value or any(load.kind == "displacement" for _, load in content.loads):
+                moved_support(content, block, line, row, axes, value)
         content.held |= {(node, axis) for node in nodes for axis in axes}
 
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from slipstick.fem.load_steps import LoadStep, StepLoad, Vector
+from slipstick.fem.load_steps import INITIAL, LoadStep, StepLoad, Vector
 from slipstick.importers.abaqus.content import Content, set_name
 from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
-
-INITIAL = "INITIAL"
-"""What holds before the first step."""
 
 _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _BODY = {"BX": (1.0, 0.0, 0.0), "BY": (0.0, 1.0, 0.0), "BZ": (0.0, 0.0, 1.0)}
@@ -117,6 +114,14 @@ def bolt_motion(content: Content, block: Block, line: int, row: list[str], value
         value=0.0 if fixed else value,
     )
     content.loads.append((line, replace(load, **_shared(block))))
+
+
+def moved_support(content: Content, block: Block, line: int, row: list[str], axes: Iterable[int], value: float) -> None:
+    """Keep a displacement that *BOUNDARY prescribes, along axes from 0."""
+    where = set_name(row[0], content.node_sets)
+    for axis in axes:
+        load = StepLoad(kind="displacement", where=where, value=value, axis=axis + 1)
+        content.loads.append((line, replace(load, **_shared(block))))
 
 
 def _surface_load(content: Content, row: list[str]) -> StepLoad | None:

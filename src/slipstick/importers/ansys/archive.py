@@ -1,7 +1,7 @@
 """Meshes from Ansys archives (.cdb, CDWRITE): nodes, solid elements, components, linear materials, supports.
 
 Nodes, elements and components come from ``mapdl-archive``. Bricks may be degenerate: Ansys writes a wedge as a brick
-with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both. Materials must be isotropic and constant.
+with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both. Materials must be isotropic.
 CYCLIC gives the number of sectors, the coordinate system of the axis and the components of the two faces. Contacts and
 bolts stand in interfaces.py.
 """
@@ -22,13 +22,15 @@ from slipstick.fem.axis import Axis
 from slipstick.fem.cyclic import CyclicSymmetry
 from slipstick.fem.equations import NodalEquation, in_global, supports
 from slipstick.fem.extras import require
-from slipstick.fem.materials import Material
+from slipstick.fem.load_steps import LoadStep, StepLoad
+from slipstick.fem.materials import TABULATED, Material
 from slipstick.fem.unit_systems import NOT_STATED
 from slipstick.importers.ansys.commands import COMMANDS, classify_commands, commands
 from slipstick.importers.ansys.couplings import Lumps, read_equations
 from slipstick.importers.ansys.interfaces import INTERFACES, Interfaces, read_friction
 from slipstick.importers.deck import Deck, with_surfaces
 from slipstick.importers.findings import DAMAGED, Coupling, Findings, Verdict, refused
+from slipstick.importers.interfaces import kept_note
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.midsides import whole_row
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
@@ -131,7 +133,9 @@ def read_archive(path: Path) -> Deck:
     deck.axes = _turned_nodes(text, path)
     interfaces.sections()
     bolts = {section.node for section in deck.pretension_sections.values()}
-    supported = {(interfaces.follow(n), c) for n, c in classify_commands(deck, text, bolts)}
+    moved: list[StepLoad] = []
+    supported = {(interfaces.follow(n), c) for n, c in classify_commands(deck, text, bolts, deck.axes, moved)}
+    _keep_loads(deck, text, moved)
     read = read_materials(deck, text)
     symmetry = read_cyclic(deck, text, deck.node_sets)
     deck.refuse_incomplete()
@@ -152,6 +156,41 @@ def read_archive(path: Path) -> Deck:
     deck.extra += [*_left_out(skipped, path), *unit_notes(deck.mesh, known)]
     deck.symmetry = lambda _mesh: symmetry
     return deck
+
+
+_NOT_SET = "_TINY"
+"""What Ansys writes for a uniform temperature that nobody set."""
+
+
+@COMMANDS.reads("BF BFUNIF TUNIF")
+def _keep_loads(deck: Deck, text: str, moved: Sequence[StepLoad]) -> None:
+    """Put displacements and the temperatures of nodes into the first load step."""
+    rest, stated, nodal, blocks = 0.0, False, list[StepLoad](), 0
+    for line, name, words in commands(text):
+        with reading(Place(deck.source, f"line {line}", name)):
+            words = [*words, *[""] * 4]
+            if (name == "BFUNIF" and words[0].upper() == "TEMP") or name == "TUNIF":
+                word = words[1] if name == "BFUNIF" else words[0]
+                if word.upper() not in ("", _NOT_SET):
+                    stated, rest = True, fortran_real(word)
+            elif name == "BF" and words[1].upper() == "TEMP":
+                if words[0].isdigit() and "%" not in words[2]:
+                    nodal.append(StepLoad(kind="temperature", where=words[0], value=fortran_real(words[2] or "0")))
+                else:
+                    deck.add(Verdict.APPROXIMATED, name, "gives temperatures by a table or a name: not kept", line)
+            elif name in ("BFBLOCK", "BFEBLOCK") or (name == "BFE" and words[1].upper() == "TEMP"):
+                blocks = blocks or line
+            elif name == "TREF" and not stated:
+                rest = fortran_real(words[0] or "0")
+    if blocks:
+        deck.add(Verdict.APPROXIMATED, "BFBLOCK or BFE", "gives body loads that are not kept, as temperatures", blocks)
+    everywhere = [StepLoad(kind="temperature", where="", value=rest)] if nodal or stated else []
+    loads = [*moved, *everywhere, *nodal]
+    if loads:
+        before = deck.load_steps.get("STEP-1", LoadStep(procedure="static"))
+        first = replace(before, loads=(*before.loads, *loads))
+        deck.load_steps = {"STEP-1": first} | {n: s for n, s in deck.load_steps.items() if n != "STEP-1"}
+    deck.extra += kept_note(deck)
 
 
 def _following(equation: NodalEquation, interfaces: Interfaces) -> NodalEquation:
@@ -256,7 +295,7 @@ def _check_counts(text: str, path: Path) -> None:
             )
 
 
-@COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK MPTEMP")
+@COMMANDS.reads("NBLOCK EBLOCK CMBLOCK ET KEYOP KEYOPT RLBLOCK")
 def _elements(deck: Deck, archive: Any, rows: Sequence[Sequence[int]], path: Path) -> dict[int, int]:
     """Add solids to element sets "material <number>"; the number of elements of each other type."""
     solid = dict(_solid_types(archive))
@@ -318,13 +357,20 @@ def _units(text: str) -> str:
     return _UNITS.get(match.group(1).upper(), match.group(1)) if match else NOT_STATED
 
 
-_PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
+_PROPERTIES = {
+    "EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity", "ALPX": "expansion",
+    "REFT": "reference",
+}  # fmt: skip
+_EXPANSIONS = {"ALPX", "ALPY", "ALPZ"}
+_INSTANTANEOUS = {"CTEX", "CTEY", "CTEZ", "THSX", "THSY", "THSZ"}
 _OTHER_AXES = {"EY": "EX", "EZ": "EX", "NUYZ": "NUXY", "NUXZ": "NUXY", "PRYZ": "PRXY", "PRXZ": "PRXY"}
 _DAMPING = {"DAMP", "ALPD", "BETD", "DMPR", "DMPS"}
 _LAWS = {"ELAS", "ANEL", "HYPE", "AHYPER", "USER", "DENS", "PRONY", "SMA", "GASKET", "CONCR", "MPLANE"}
 _UNUSED = {"CTE", "THERM", "FRIC", "FLUID", "PIEZ", "DPER", "SDAMP", "PERF", "FCON", "CGCR", "FATI", "STATE"}
 
 Values = dict[tuple[int, str], list[float]]
+Stated = dict[tuple[int, str], tuple[int, list[float]]]
+"""Line of a property, and the temperatures of its values where the file has a table of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -335,26 +381,41 @@ class MaterialTable:
     faults: Mapping[int, list[Fault]] = field(default_factory=dict)
 
 
-@COMMANDS.reads("MP MPDATA TB")
+@COMMANDS.reads("MP MPDATA MPTEMP TB TREF")
 def read_materials(findings: Findings, text: str) -> MaterialTable:
     """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
     values: Values = {}
+    stated: Stated = {}
+    temperatures: list[float] = []
+    reference = 0.0
     faults: dict[int, list[Fault]] = {}
     for line, name, words in commands(text):
         where = Place(findings.source, f"line {line}", name)
         with reading(where):
             if name == "MP":
                 _property(findings, line, values, faults, where, words[0], words[1], words[2:])
+                stated[int(words[1]), words[0].upper()] = line, []
             elif name == "MPDATA":
                 at = 1 if words[0][:1].isalpha() else 0  # a release such as R5.0, or UNBL
                 _property(
                     findings, line, values, faults, where, words[at + 1], words[at + 2], words[at + 4 :], table=True
                 )
+                stated[int(words[at + 2]), words[at + 1].upper()] = line, temperatures
+            elif name == "MPTEMP":
+                at = 2 if words[:1] and words[0][:1].isalpha() else 0
+                first = whole_number(words[at]) if words[at : at + 1] and words[at] else 1
+                temperatures = [*temperatures[: first - 1], *(fortran_real(word) for word in words[at + 1 :] if word)]
+            elif name == "TREF":
+                reference = fortran_real(words[0]) if words and words[0] else 0.0
             elif name == "TB":
                 _table(findings, line, faults, where, words)
     materials: dict[int, Material] = {}
     for number in sorted({number for number, _ in values}):
-        known = _constant(findings.source, values, number, faults)
+        known = _constant(findings, values, stated, number, faults)
+        if "expansion" in known:
+            known = {"reference": reference, **known}
+        else:
+            known.pop("reference", None)
         try:
             if {"young", "poisson"} <= known.keys():
                 materials[number] = Material(**known)
@@ -381,7 +442,10 @@ def _property(
     if label in _DAMPING:
         what = "damping is not read; give the structure's loss_factor or damping_ratio"
         findings.add(Verdict.APPROXIMATED, f"{label} of material {material}", what, line)
-    if label not in (*_PROPERTIES, *_OTHER_AXES, "GXY", "GYZ", "GXZ"):
+    if label in _INSTANTANEOUS:
+        what = "is not read: give the secant coefficient ALPX, or expansion in the case"
+        findings.add(Verdict.APPROXIMATED, f"{label} of material {material}", what, line)
+    if label not in (*_PROPERTIES, *_OTHER_AXES, *_EXPANSIONS, "GXY", "GYZ", "GXZ"):
         return
     numbers = [fortran_real(word) for word in words if word]
     if not table and any(numbers[1:]):
@@ -401,25 +465,50 @@ def _table(findings: Findings, line: int, faults: dict[int, list[Fault]], where:
         findings.add(Verdict.APPROXIMATED, f"TB, {law} of material {words[1]}", what, line)
 
 
-def _constant(source: str, values: Values, number: int, faults: dict[int, list[Fault]]) -> dict[str, float]:
-    """The properties of one material where they are the same at every temperature and along every axis."""
+def _constant(
+    findings: Findings,
+    values: Values,
+    stated: Stated,
+    number: int,
+    faults: dict[int, list[Fault]],
+) -> dict[str, Any]:
+    """The properties of one material, numbers or tables over temperature, where they are the same along every axis."""
     tables = {label: numbers for (material, label), numbers in values.items() if material == number and numbers}
-    known: dict[str, float] = {}
+    known: dict[str, Any] = {}
     wrong: list[str] = []
+    alike = [tables[label] for label in ("ALPX", "ALPY", "ALPZ") if label in tables]
+    if any(part != alike[0] for part in alike):
+        what = "is not the same along every axis and is not read; give expansion in the case"
+        first_line = min(stated[number, label][0] for label in _EXPANSIONS & tables.keys())
+        findings.add(Verdict.APPROXIMATED, f"ALPX of material {number}", what, first_line)
+        tables = {label: part for label, part in tables.items() if label not in _EXPANSIONS}
     for label, numbers in tables.items():
-        if len(set(numbers)) > 1:
+        line, at = stated[number, label]
+        changes = len(set(numbers)) > 1
+        if changes and _PROPERTIES.get(label, "") in TABULATED and len(at) == len(numbers):
+            known[_PROPERTIES[label]] = [*zip(at, numbers, strict=True)]
+            continue
+        if changes and label in _OTHER_AXES and numbers == tables.get(_OTHER_AXES[label]):
+            continue
+        if changes and label in _EXPANSIONS:
+            if label == "ALPX":
+                findings.add(
+                    Verdict.APPROXIMATED, f"ALPX of material {number}", "has no temperatures: it is not read", line
+                )
+            continue
+        if changes:
             wrong.append(f"{label} depends on temperature ({numbers[0]:.6g} to {numbers[-1]:.6g})")
         first = tables.get(_OTHER_AXES.get(label, label), numbers)
         if first[0] != numbers[0]:
             wrong.append(f"{label} is {numbers[0]:.6g}, along x {first[0]:.6g}: not isotropic")
         if label in _PROPERTIES:
             known[_PROPERTIES[label]] = numbers[0]
-    if {"young", "poisson"} <= known.keys():
+    if all(isinstance(known.get(name), float) for name in ("young", "poisson")):
         shear = known["young"] / (2.0 * (1.0 + known["poisson"]))
         for label in ("GXY", "GYZ", "GXZ"):
             if label in tables and abs(tables[label][0] - shear) > 1e-3 * abs(shear):
                 wrong.append(f"{label} is {tables[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
-    faults.setdefault(number, []).extend(Fault(Place(source, f"material {number}"), what) for what in wrong)
+    faults.setdefault(number, []).extend(Fault(Place(findings.source, f"material {number}"), what) for what in wrong)
     return known
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 
 from slipstick.errors import Place
+from slipstick.fem.load_steps import StepLoad
 from slipstick.importers.findings import Entry, Findings, Table, Verdict
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 
@@ -19,10 +20,10 @@ _HARMLESS_WORDS = """
     /VIEW
     /STITLE /PBC /PSF /OUTPUT /SHOW /CLEAR /FILNAME /GRAPHICS /CPLANE /TYPE /FOC /AUTO /DIST /ANG /AN3D /FACET
     FINISH FINI SAVE IOPTN NUMOFF DOF EXTOPT CM CMSEL CMEDIT ALLSEL NSEL ESEL CMGRP SHPP ERESX OUTRES OUTPR
-    OUTGEOM TREF BFUNIF TUNIF ACEL CGLOC DOMEGA DCGOMG DCMOMEGA CMDOMEGA KUSE TIME CRPLIM NCNV NEQIT CNVTOL
+    OUTGEOM ACEL CGLOC DOMEGA DCGOMG DCMOMEGA CMDOMEGA KUSE TIME CRPLIM NCNV NEQIT CNVTOL
     AUTOTS NSUBST DELTIM KBC NROPT EQSLV LNSRCH PRED RESCONTROL CUTCONTROL STABILIZE MONITOR ARCLEN OPNCONTROL
     ANTYPE MODOPT MODCONTROL QRDOPT MXPAND HROPT HROUT HARFRQ TRNOPT BUCOPT NLGEOM MPCOPY DMPOPTION F FBLOCK
-    FCUM FJ SF SFE SFEBLOCK SFBEAM SFGRAD SFCUM BF BFE BFBLOCK BFEBLOCK BFCUM DCUM ICUM IC LDREAD LSWRITE
+    FCUM FJ SF SFE SFEBLOCK SFBEAM SFGRAD SFCUM BFE BFBLOCK BFEBLOCK BFCUM DCUM ICUM IC LDREAD LSWRITE
     LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP
     SECBLOCK SECOFFSET SECCONTROL SECREAD SECLOCK SECMODIF SECJOINT SECPLOT
     SECSTOP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
@@ -81,15 +82,24 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
 
 
 @COMMANDS.reads("D N")
-def classify_commands(findings: Findings, text: str, bolts: Collection[int] = ()) -> set[tuple[int, int]]:
-    """Give each command its verdict; return the supports (node, direction 0..5), without those of bolts' nodes."""
+def classify_commands(
+    findings: Findings,
+    text: str,
+    bolts: Collection[int] = (),
+    turned: Collection[int] = (),
+    moved: list[StepLoad] | None = None,
+) -> set[tuple[int, int]]:
+    """Give each command its verdict; return the supports (node, direction 0..5), without those of bolts' nodes.
+
+    Displacements other than 0 are added to ``moved``, those of nodes that are not ``turned``.
+    """
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D" and words and words[0].isdigit() and int(words[0]) in bolts:
             findings.add(Verdict.HARMLESS, name, "", line)
         elif name == "D":
             with reading(Place(findings.source, f"line {line}", "D")):
-                held |= _support(findings, line, words)
+                held |= _support(findings, line, words, turned, moved)
         elif name == "N" and "-1" not in words:  # which ends a block
             what = "adds, moves or turns a node outside of the node blocks, which is not read"
             findings.add(Verdict.COUPLING, name, what, line)
@@ -117,16 +127,24 @@ def _value(word: str) -> float:
         return 1.0
 
 
-def _support(findings: Findings, line: int, words: list[str]) -> set[tuple[int, int]]:
+def _support(
+    findings: Findings, line: int, words: list[str], turned: Collection[int], moved: list[StepLoad] | None
+) -> set[tuple[int, int]]:
     """D, node, label, value, second value, last node, step, more labels."""
     node, label, value, second, last, _, *more = [*words, *[""] * 6]
     labels = [name.upper() for name in (label, *more) if name]
-    if "%" in value or _value(value) or _value(second):
+    straight = moved is not None and node.isdigit() and int(node) not in turned
+    along = [LABELS.get(name, 9) for name in labels]
+    kept = straight and "%" not in value and not _value(second) and all(axis < 3 for axis in along)
+    if "%" in value or _value(second) or (_value(value) and not kept):
         findings.add(Verdict.COUPLING, "D", "prescribes a value that is not 0", line)
         return set()
     if not node.isdigit() or last not in ("", "0", node):
         findings.add(Verdict.COUPLING, "D", "names its nodes otherwise than one on a line, which is not read", line)
         return set()
+    if moved is not None and _value(value):
+        size, where = fortran_real(value), str(whole_number(node))
+        moved += [StepLoad(kind="displacement", where=where, value=size, axis=axis + 1) for axis in along]
     axes = [axis for name in labels for axis in (range(6) if name == "ALL" else [LABELS.get(name, -1)]) if axis >= 0]
     return {(whole_number(node), axis) for axis in axes}
 

@@ -21,7 +21,7 @@ from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.ansys.couplings import real_constants
 from slipstick.importers.deck import Deck, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused, with_more
-from slipstick.importers.interfaces import APART, WHOLE, kept_note, section_faces
+from slipstick.importers.interfaces import APART, WHOLE, section_faces
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import IntArray
 
@@ -124,7 +124,6 @@ class Interfaces:
             steps.setdefault(step, []).append(load)
         for step, loads in sorted(steps.items()):
             self.deck.load_steps[f"STEP-{step}"] = LoadStep(procedure="static", loads=tuple(loads))
-        self.deck.extra += kept_note(self.deck)
 
     def _loads(self) -> Iterator[tuple[int, StepLoad]]:
         """Loads of bolts and the steps they begin in: of SLOAD, and of F and D on the node of a section."""

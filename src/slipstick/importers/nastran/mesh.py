@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -228,7 +229,7 @@ def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Faul
             faults.append(Fault(Place(path.name, f"property {group}"), lacks))
             continue
         try:
-            scaled = {**known, "density": known["density"] * deck.mass_factor}
+            scaled: dict[str, Any] = {**known, "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
             faults += [fault.inside(path.name, f"material {number}") for fault in error.faults]

@@ -75,13 +75,14 @@ class SkinRows:
     """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n).
 
     ``rows`` None: of what is read from disk. ``places`` (n_keep, 3) of the kept directions, nan where they are not
-    known; None: of none.
+    known; None: of none. ``held``: motion that the supports of load shapes have themselves, (3 n,).
     """
 
     nodes: Array
     triangles: IntArray
     rows: Matrix | None = None
     places: Array | None = None
+    held: Mapping[str, Array] = field(default_factory=dict)
 
 
 def reduce(
@@ -189,11 +190,14 @@ def reduce(
 class StrainRows:
     """Places whose strain is wanted, and what takes it out of a motion, sparse (n_full, 6 n_places).
 
-    ``rows`` None: of what is read from disk.
+    ``rows`` None: of what is read from disk. ``free``: strain without stress of load shapes, (6 n_places,); ``held``:
+    strain by the motion that their supports have themselves.
     """
 
     places: StrainPlaces
     rows: Matrix | None = None
+    free: Mapping[str, Array] = field(default_factory=dict)
+    held: Mapping[str, Array] = field(default_factory=dict)
 
 
 def reduce_model(
@@ -402,7 +406,7 @@ def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows
         triangles=rows.triangles,
         modes=data.seen_modes[seen],
         static=None if static is None else static[seen],
-        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        loads=_with_held(loads, of_loads[seen], rows.held),
         rows=as_csr(rows.rows) if data.near is not None else None,
         places=rows.places,
     )
@@ -419,10 +423,17 @@ def _strains(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: Strai
         modes=data.seen_modes[seen],
         static=None if static is None else static[seen],
         second=second,
-        loads=dict(zip(loads, of_loads[seen].T, strict=True)),
+        loads=_with_held(loads, of_loads[seen], rows.held),
         second_loads=dict(zip(loads, second_loads.T, strict=True)),
+        free=rows.free,
         rows=as_csr(rows.rows) if data.near is not None else None,
     )
+
+
+def _with_held(loads: tuple[str, ...], motion: Array, held: Mapping[str, Array]) -> dict[str, Array]:
+    """Response of each load shape at rows seen, with the motion of the supports themselves."""
+    every = dict(zip(loads, motion.T, strict=True))
+    return {name: own + held[name] if name in held else own for name, own in every.items()}
 
 
 def _apart(data: ReducedData, part: Array | None, n_keep: int) -> tuple[Array | None, Array]:
