@@ -249,7 +249,8 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     joints = build_joints(table.joints or [], model, folder)
     for joint in joints:
-        for note in (joint.notes[0], *(() if joint.mapped is None else joint.notes[-2:])):
+        mu = [f"contacts '{joint.name}': {joint.friction}"] * bool(joint.friction)
+        for note in (joint.notes[0], *mu, *(() if joint.mapped is None else joint.notes[-2:])):
             tell(f"structure: {note}")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
     body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints])

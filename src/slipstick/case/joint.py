@@ -35,7 +35,9 @@ class JointTable(Table):
     )
     kt: NotNegative = Field(description="a number >= 0, the tangential contact stiffness per area (force/length^3)")
     kn: Positive = Field(description="a number > 0, the normal contact stiffness per area (force/length^3)")
-    mu: NotNegative = Field(description="a number >= 0, the friction coefficient")
+    mu: NotNegative | None = Field(
+        default=None, description="a number >= 0, the friction coefficient; without it that of the model's file"
+    )
     gap: float | None = Field(default=None, description="a finite number, added to the gap of the geometry (length)")
     normal_load: NotNegative | None = Field(
         default=None, description="a number >= 0, the pressure of an interference fit (force/length^2)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -17,12 +18,30 @@ class SurfacePair:
         Coefficient of friction of the file; None: it gives none, which other codes take for no friction.
     interaction
         Name of the properties in the file.
+    card
+        What gives the coefficient there, such as "*FRICTION"; empty: the interaction itself does.
     """
 
     dependent: str
     independent: str
     mu: float | None = None
     interaction: str = ""
+    card: str = ""
+
+    @property
+    def stated(self) -> str:
+        """The coefficient and where it stands, in words."""
+        if self.mu is None:
+            return "the deck gives no coefficient of friction for them"
+        names = [name for name in (self.card, self.interaction) if name] or ["contact pair"]
+        return f"mu = {self.mu:g} of the deck's {names[0]}" + "".join(f" ({name})" for name in names[1:])
+
+
+def pair_of(pairs: Mapping[str, SurfacePair], first: object, second: object) -> SurfacePair | None:
+    """The pair of two surfaces by their names, in either order; one with a coefficient comes first."""
+    names = [(first, second), (second, first)]
+    found = [pair for one in names for pair in pairs.values() if (pair.dependent, pair.independent) == one]
+    return min(found, key=lambda pair: pair.mu is None, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)

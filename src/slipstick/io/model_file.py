@@ -187,7 +187,8 @@ def _interfaces(file: h5py.Group, name: str, path: Path) -> dict[str, Any]:
             raise ValueError(f"{name} holds a number that is not finite")
         if name == "contact_pairs":
             words = {part: str(known[part]) for part in ("dependent", "independent", "interaction")}
-            found[key] = SurfacePair(**words, mu=None if known["mu"] is None else float(known["mu"]))
+            mu = None if known["mu"] is None else float(known["mu"])
+            found[key] = SurfacePair(**words, mu=mu, card=str(known.get("card", "")))
         else:
             x = known["normal"]
             normal = None if x is None else (float(x[0]), float(x[1]), float(x[2]))

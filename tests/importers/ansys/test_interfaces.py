@@ -36,7 +36,7 @@ def test_elements_of_one_real_constant_set_are_a_pair(tmp_path):
     model = read(tmp_path, PAIR, FRICTION)
     assert model.contact_pairs == {
         "contact 7/target 7": SurfacePair(
-            dependent="contact 7", independent="target 7", mu=0.25, interaction="material 2"
+            dependent="contact 7", independent="target 7", mu=0.25, interaction="material 2", card="MU"
         )
     }
     for name, labels in (("contact 7", LOW), ("target 7", HIGH)):
@@ -145,6 +145,22 @@ def test_elements_that_touch_nothing(tmp_path):
 def test_an_offset_is_told(tmp_path):
     model = read(tmp_path, PAIR, "R,7,,,1.0,0.1,0.0,0.0\nRMORE,,,,0.02\n")
     assert any("offsets its surface by CNOF = 0.02" in sentence for sentence in model.warnings)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("R,7\nRMORE,,,1e6\n", "changes friction by TAUMAX = 1e+06, which is left out: MU alone is kept"),
+        ("R,7\nRMORE,,,1e20\nRMORE,,,,,,\nRMORE,,,1.0\n", ""),
+        ("RMODIF,7,21,1.5\n", "changes friction by FACT = 1.5"),
+        ("RMODIF,7,22,0.1\n", "changes friction by DC = 0.1"),
+        ("RMODIF,7,13,0.1\n", "changes friction by COHE = 0.1"),
+    ],
+)
+def test_what_is_not_used_of_friction_is_told(tmp_path, more, said):
+    model = read(tmp_path, PAIR, FRICTION + more)
+    ours = [sentence for sentence in model.warnings if "changes friction" in sentence]
+    assert [said in sentence for sentence in ours] == [True] * bool(said)
 
 
 def test_a_cut_bolt_is_whole(tmp_path):
