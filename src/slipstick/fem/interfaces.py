@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from slipstick.errors import Place
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,17 +46,31 @@ def pair_of(pairs: Mapping[str, SurfacePair], first: object, second: object) -> 
     return min(found, key=lambda pair: pair.mu is None, default=None)
 
 
+WHOLE = (
+    "is kept as model.pretension_sections: the bolt stays whole there, and its load and shortening have no effect "
+    "until it is cut ([[bolt]] section of a case, ss.models.pretension_bolts)"
+)
+"""What is said of sections on import."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PretensionSection:
-    """A section across a bolt; in the matrices the bolt is whole there.
+    """A section across a bolt; in the matrices the bolt is whole there until ``ss.models.pretension_bolts`` cuts it.
 
     Attributes
     ----------
     node
         Label of the node that carries the load or the shortening of the bolt in the file; 0: Nastran has none.
     normal
-        Direction of the load, where the file gives one.
+        Direction of the load, where the file gives one: out of the elements whose faces are the section.
+    card
+        What states it in the file, such as "line 32: *PRE-TENSION SECTION".
     """
 
     node: int
     normal: tuple[float, float, float] | None = None
+    card: str = field(default="", compare=False)
+
+    def place(self, source: str, name: str) -> Place:
+        """Where it stands, for messages."""
+        return Place(source, *(self.card or f"pretension section {name}").split(": "))

@@ -192,7 +192,8 @@ def _interfaces(file: h5py.Group, name: str, path: Path) -> dict[str, Any]:
         else:
             x = known["normal"]
             normal = None if x is None else (float(x[0]), float(x[1]), float(x[2]))
-            found[key] = PretensionSection(node=int(known["node"]), normal=normal)
+            card = str(known.get("card", ""))
+            found[key] = PretensionSection(node=int(known["node"]), normal=normal, card=card)
     return found
 
 

@@ -29,6 +29,7 @@ _PUBLIC = {
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
     "bladed_sector": "slipstick.models.parametric_sector",
+    "pretension_bolts": "slipstick.models.bolts",
     "straight_contacts": "slipstick.models.straight",
 }
 
@@ -40,6 +41,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.hysteresis import IwanContact as IwanContact
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
+    from slipstick.models.bolts import pretension_bolts as pretension_bolts
     from slipstick.models.modal_test import modal_analysis as modal_analysis
     from slipstick.models.modal_test import tabulated_structure as tabulated_structure
     from slipstick.models.parametric_sector import bladed_sector as bladed_sector

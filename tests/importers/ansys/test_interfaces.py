@@ -1,5 +1,7 @@
 """Contact pairs and pretension sections of an archive: kept by name as those of other codes are, and told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.ansys import PULL, stack_text
@@ -10,6 +12,7 @@ from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.load_steps import StepLoad
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.pretension import cut_sections
 from slipstick.importers.import_model import read_model
 from slipstick.io.model_file import load_model, save_model
 
@@ -179,6 +182,12 @@ def test_a_cut_bolt_is_whole(tmp_path):
         ours, theirs = np.linalg.eigvalsh(ours.toarray()), np.linalg.eigvalsh(theirs.toarray())
         np.testing.assert_allclose(ours, theirs, atol=1e-12 * theirs.max())
     assert PULL not in model.mesh.nodes[model.mesh.used_nodes].tolist()
+    cut, (section,) = cut_sections(model, ["pretension 3"])
+    assert (section.dof, section.normal.tolist()) == ("n17x", [0.0, 0.0, 1.0])
+    assert abs(cut.fix("n17x").K - model.K).max() == 0.0
+    turned = replace(model, pretension_sections={"pretension 3": PretensionSection(node=17, normal=(0.0, 0.0, -1.0))})
+    with pytest.raises(InputError, match="points into the elements of its surface"):
+        cut_sections(turned, ["pretension 3"])
 
 
 @pytest.mark.parametrize(

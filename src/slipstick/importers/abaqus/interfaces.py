@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.errors import Fault, Place
-from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.interfaces import WHOLE, PretensionSection, SurfacePair
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Content, named, nodes_of
 from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict, refused
-from slipstick.importers.interfaces import APART, WHOLE
+from slipstick.importers.interfaces import APART
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
 _FRICTION = "*FRICTION"
@@ -132,7 +132,8 @@ def on_pretension(content: Content, block: Block) -> None:
         if not 0.0 < np.linalg.norm([x, y, z]) < np.inf:
             raise ValueError("a normal without length")
         normal = (x, y, z)
-    content.pretension_sections[name] = PretensionSection(node=node, normal=normal)
+    card = ": ".join(map(str, where[1:]))
+    content.pretension_sections[name] = PretensionSection(node=node, normal=normal, card=card)
     content.note(Verdict.APPROXIMATED, block, WHOLE)
 
 

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
-from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.interfaces import WHOLE, PretensionSection, SurfacePair
 from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.ansys.couplings import real_constants
 from slipstick.importers.deck import Deck, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused, with_more
-from slipstick.importers.interfaces import APART, WHOLE, kept_note, section_faces
+from slipstick.importers.interfaces import APART, kept_note, section_faces
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import IntArray
 
@@ -124,7 +124,7 @@ class Interfaces:
                 nodes = ", ".join(map(str, sorted(loaded)[:3]))
                 raise refused(where, f"has {len(loaded)} pretension nodes ({nodes})", expected="one a section")
             self.deck.pretension_sections[f"pretension {number}"] = PretensionSection(
-                node=loaded.pop(), normal=normals.get(number)
+                node=loaded.pop(), normal=normals.get(number), card=str(where[1])
             )
         self._tell("PRETS179 of section", [*self._sections], WHOLE)
         steps: dict[int, list[StepLoad]] = {}
