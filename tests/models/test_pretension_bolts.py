@@ -160,6 +160,22 @@ def test_a_shortening_of_the_deck_and_a_force_that_stays(tmp_path):
     assert [dict(step.bolts) for step in off.steps] == [{"CUT": 5000.0}, {"CUT": 0.0}]
 
 
+def test_a_cut_bolt_is_not_left_loose(tmp_path):
+    """Neither by a reduction nor by rotation, for which it is whole; of the model file neither."""
+    model = read(tmp_path)
+    cut, _ = cut_sections(model, ["CUT"])
+    for one in (cut, load_model(save_model(cut, tmp_path / "cut.h5"), quiet=True)):
+        assert one.loose_bolts == ["n99x"]
+        with pytest.raises(InputError, match="keep has no n99x: a bolt that is cut would be slack"):
+            ss.reduced_body(one, keep=at_height(one, 3.0), modes=3)
+        with pytest.raises(InputError, match="which nothing holds while it begins to turn"):
+            ss.at_speed(one, 100.0, axis={"point": (0.5, 0.5, 0.0), "direction": (0.0, 0.0, 1.0)})
+    assert not cut.fix("n99x").loose_bolts
+    turning = ss.at_speed(model, 100.0, axis={"point": (0.5, 0.5, 0.0), "direction": (0.0, 0.0, 1.0)})
+    later, _ = cut_sections(turning, ["CUT"])
+    assert abs(later.fix("n99x").K - turning.K).max() <= 1e-10 * abs(turning.K).max()
+
+
 def test_what_is_told(tmp_path):
     model = read(tmp_path)
     (kept,) = (sentence for sentence in model.warnings if "PRE-TENSION" in sentence)

@@ -246,13 +246,12 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
     """
-    model, bolts = imported_model(table, folder, tell), None
+    model, bolts = turning(imported_model(table, folder, tell), table.rotation, folder, tell), None
     if table.bolts:
         bolts = cut_bolts(table.bolts, model)
         model = bolts.model
         for note in bolts.notes:
             tell(f"structure: {note}")
-    model = turning(model, table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     joints = build_joints(table.joints or [], model, folder)
@@ -317,10 +316,9 @@ def _fe_script(table: FeTable, _folder: Path) -> list[str]:
     names = [Code(joint_variable(number)) for number, _ in enumerate(tables)]
     kept = Code(f"[{', '.join([*map(literal, table.keep), '*bolts.keep'])}]") if table.bolts else None
     body = _body(table, Code("model"), names, kept).but(cache=here(CACHE))
-    model = [f"model = {import_call(table).written()}"]
+    model = [f"model = {import_call(table).written()}", *rotation_script(table.rotation)]
     if table.bolts:
         model += [f"bolts = {bolts_call(table.bolts, Code('model')).written()}", "model = bolts.model"]
-    model += rotation_script(table.rotation)
     model += [
         f"{name.text} = {joint_call(joint, Code('model')).written()}" for name, joint in zip(names, tables, strict=True)
     ]

@@ -62,6 +62,8 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
     file.attrs["speed"] = model.speed
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
+    if model.shortenings:
+        file.attrs["shortenings"] = json.dumps(model.shortenings)
     for name in _INTERFACES:
         if known := getattr(model, name):  # an attribute holds 64 kB at most
             text = json.dumps({key: asdict(part) for key, part in known.items()})
@@ -167,6 +169,7 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         materials=materials,
         contact_pairs=_interfaces(file, "contact_pairs", path),
         pretension_sections=_interfaces(file, "pretension_sections", path),
+        shortenings=tuple(map(str, json.loads(file.attrs.get("shortenings", "[]")))),
         load_steps={name: LoadStep.of(known) for name, known in _table(file, "load_steps", path).items()},
         symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
