@@ -1,12 +1,17 @@
 """``[[joint]]``: contacts between two surfaces of a finite element model in a case file."""
 
+import tomllib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.case.case import read_case
 from slipstick.case.script import python_script
 from slipstick.errors import InputError
 from slipstick.fem.box import box
+from slipstick.fem.interfaces import SurfacePair
 from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
 from slipstick.io.model_file import save_model
@@ -105,6 +110,25 @@ def test_the_script_of_a_case_with_a_joint_makes_the_same_problem(folder):
     again, found = space["problem"](), case(folder).problem()
     assert again.elements == found.elements
     assert [one.contact for one in again.contacts] == [one.contact for one in found.contacts]
+
+
+def test_the_coefficient_of_the_file_is_the_default(folder):
+    """It is told while the structure is made, as one that overrides it is, and the script does the same."""
+    model = ss.import_model(folder / "leaves.h5")
+    stated = SurfacePair(dependent="upper.z0", independent="lower.z1", mu=0.15, interaction="DRY", card="*FRICTION")
+    save_model(replace(model, contact_pairs={"upper.z0/lower.z1": stated}), folder / "stated.h5")
+    text = CASE.replace("leaves.h5", "stated.h5")
+    for given, mu, words in (("", 0.15, "mu = 0.15 of"), ("mu = 0.3\n", 0.3, "mu = 0.3 is used, not mu = 0.15 of")):
+        told = list[str]()
+        read = read_case(tomllib.loads(text.replace("mu = 0.3\n", given)), folder, told.append)
+        assert {one.contact.mu for one in read.problem.contacts} == {mu}
+        assert f"structure: contacts 'leaf': {words} the deck's *FRICTION (DRY)" in told
+    script = python_script(text.replace("mu = 0.3\n", ""), "case.toml", folder)
+    space = {"__name__": "script", "__file__": str(folder / "case.py")}
+    exec(compile(script, "case.py", "exec"), space)  # the text is our own
+    assert {one.contact.mu for one in space["problem"]().contacts} == {0.15}
+    with pytest.raises(ss.InputError, match=r"'leaf' mu is missing; give the friction coefficient: the model has none"):
+        case(folder, CASE.replace("mu = 0.3\n", "")).problem()
 
 
 def test_joints_beside_contacts_on_a_surface_and_followed_parameters(folder):

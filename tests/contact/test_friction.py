@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import slipstick as ss
 from slipstick.contact.friction import FrictionContact, contact_forces
 from slipstick.errors import InputError
 from slipstick.trig.harmonics import Harmonics
@@ -57,3 +58,17 @@ def test_parameters_do_not_change_with_the_users_array():
     kt[0] = 7.0
     assert contact.kt[0] == 1.0
     assert "800" not in repr(contact_forces(contact, Harmonics(3), np.zeros(7), np.zeros(7), omega=1.0))
+
+
+def test_nothing_is_computed_without_a_coefficient():
+    """A contact with kt that leaves mu to the model of its surfaces."""
+    bare = ss.FrictionContact(kt=100.0, kn=1.0, gap=-800.0)
+    assert repr(bare) == "FrictionContact(kt=100.0, kn=1.0, gap=-800.0)"
+    assert bare.changed(kt=50.0).lacks_mu
+    assert bare.changed(mu=0.3) == ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
+    assert not bare.changed(mu=0.3).lacks_mu
+    with pytest.raises(ss.InputError, match=r"^mu is missing; give the friction coefficient"):
+        ss.contact_forces(bare, 1, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], omega=1.0)
+    structure = ss.MatrixStructure(M=[[1.0]], K=[[1.0]], C=[[0.1]], dofs=["x"])
+    with pytest.raises(ss.InputError, match="contact 'c', mu is missing"):
+        ss.Problem(structure, contacts=ss.ContactPair(name="c", contact=bare, tangential="x"), harmonics=1)

@@ -10,8 +10,10 @@ from scipy.linalg import eigh
 import slipstick as ss
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
+from slipstick.fem.interfaces import SurfacePair
 from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
+from slipstick.io.model_file import load_model, save_model
 
 STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0)
 LAW = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, gap=0.0)
@@ -339,3 +341,30 @@ def test_bodies_in_different_units_are_suspected(size, apart):
     else:
         with pytest.warns(SlipstickWarning, match=said):
             ss.surface_pair(model, "low.z1", "high.z0", contact=LAW)
+
+
+def test_the_coefficient_of_the_file_is_the_default(model, tmp_path):
+    """Of surfaces in either order; one of its own overrides it, and both are told."""
+    stated = SurfacePair(dependent="upper.z0", independent="lower.z1", mu=0.15, interaction="DRY", card="*FRICTION")
+    named = replace(model, contact_pairs={"upper.z0/lower.z1": stated})
+    again = load_model(save_model(named, tmp_path / "m.h5"), quiet=True)
+    bare = ss.PlanarFrictionContact(kt=1e11, kn=1e12, gap=0.0)
+    assert repr(bare.changed(kt=1.0, kn=2.0)) == "PlanarFrictionContact(kt=1.0, kn=2.0, gap=0.0)"
+    for one in (named, again):
+        joint = pair(one, contact=bare, points=4)
+        assert [contact.contact.mu for contact in joint] == [0.15] * 4
+        assert joint.friction == "mu = 0.15 of the deck's *FRICTION (DRY)"
+        assert f"contacts 'joint': {joint.friction}" in joint.notes
+    own = pair(named, "upper.z0", "lower.z1", points=4)
+    assert [contact.contact.mu for contact in own] == [0.3] * 4
+    assert own.friction == "mu = 0.3 is used, not mu = 0.15 of the deck's *FRICTION (DRY)"
+    assert pair(named, contact=LAW.changed(mu=0.15), points=4).friction == ""
+    stop = pair(named, contact=ss.FrictionContact(kn=1e12, gap=0.0), points=4)
+    assert (stop.friction, stop[0].contact.mu) == ("", 0.0)
+
+
+@pytest.mark.parametrize("pairs", [{}, {"p": SurfacePair(dependent="lower.z1", independent="upper.z0")}])
+def test_a_coefficient_that_nobody_gives_is_missing(model, pairs):
+    bare = ss.PlanarFrictionContact(kt=1e11, kn=1e12, gap=0.0)
+    with pytest.raises(InputError, match="mu' is missing; give the friction coefficient: the model has none"):
+        pair(replace(model, contact_pairs=pairs), contact=bare)

@@ -97,7 +97,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
         faults += [*gathering.faults, *unit_faults(raw, units)]
     if not faults:
         try:
-            steps = LoadSteps(sections.bolts, sections.steps)
+            cut = None if described.body is None else described.body.bolts
+            steps = LoadSteps(sections.bolts, sections.steps, () if cut is None else cut.steps)
             problem = parts.problem()
             faults += [*parts.reduction_faults(problem), *steps.faults(problem)]
         except InputError as error:
@@ -153,14 +154,14 @@ class _Builder:
         """The problem of a case without faults."""
         from slipstick.balance.problem import Problem
 
-        top, output = self._sections.top.table, self._sections.output
+        top, output, body = self._sections.top.table, self._sections.output, self._described.body
         assert self._described.structure is not None
         problem = Problem(
             self._described.structure,
             contacts=[
                 *(c.pair for c in self.placed),
                 *described_joints(self._described),
-                *build_bolts(self._sections.bolts),
+                *build_bolts(self._sections.bolts, [] if body is None else body.bolts or []),
             ],
             loads=[*self.loads, *joint_loads(self._described)],
             harmonics=top.harmonics,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from slipstick.case.contact import CaseContact, StatorTable
+from slipstick.case.preload import of_sections
 from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
@@ -84,10 +85,13 @@ def joint_loads(described: Described) -> list[Load]:
 
 
 def joint_faults(raw: RawTable) -> Iterator[Fault]:
-    """Joints where the structure has no surfaces, or beside heat, which none of them carries."""
+    """Joints and sections where the structure has none, or joints beside heat, which none of them carries."""
+    structure, contacts = raw.get("structure"), raw.get("contact")
+    if isinstance(structure, Mapping) and structure.get("kind") != "fe" and of_sections(raw.get("bolt")):
+        kind = f"the structure is of kind {toml(structure.get('kind'))}"
+        yield Fault("bolt", kind, remedy='sections of bolts are those of kind = "fe"; else give elongation, stiffness')
     if not raw.get("joint"):
         return
-    structure, contacts = raw.get("structure"), raw.get("contact")
     if isinstance(structure, Mapping) and structure.get("kind") != "fe":
         kind = f"the structure is of kind {toml(structure.get('kind'))}"
         yield Fault("joint", kind, remedy='joints lie between surfaces of kind = "fe"')

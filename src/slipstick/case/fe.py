@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, PlainValidator
 
 from slipstick.case.joint import JOINTS, Joints, build_joints, joint_call, joint_variable
+from slipstick.case.preload import BOLTS, Bolts, bolts_call, cut_bolts, of_sections
 from slipstick.case.response import ResponseTable, frequencies_met
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import Call, Code, here
+from slipstick.case.script_text import Call, Code, here, literal
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind
 from slipstick.case.table import (
@@ -299,17 +300,18 @@ class FeTable(StressTable):
         default="auto", description='"written", "solved" or "auto": how what the modes leave out is applied'
     )
     joints: Joints = Field(default=[], alias="[[joint]]", description="the joints of the case")
+    bolts: Bolts = Field(default=[], alias="[[bolt]]", description="the bolts of the case that are sections")
 
     @property
     def waits(self) -> bool:
-        """Whether a joint is at fault."""
-        return self.joints is None
+        """Whether a joint or a bolt is at fault."""
+        return self.joints is None or self.bolts is None
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
         faults = [*super().cross_check(raw), *rotation_faults(raw)]
-        if "surface" not in raw and not raw.get("keep") and not raw.get(JOINTS):
+        if "surface" not in raw and not raw.get("keep") and not raw.get(JOINTS) and not raw.get(BOLTS):
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             faults.append(Fault(statement="nothing is kept", remedy=remedy))
         faults += [
@@ -332,16 +334,25 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
         For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
     """
     model = turning(_heated(imported_model(table, folder, tell), table), table.rotation, folder, tell)
+    bolts = None
+    if table.bolts:
+        bolts = cut_bolts(table.bolts, model)
+        model = bolts.model
+        for note in bolts.notes:
+            tell(f"structure: {note}")
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     joints = build_joints(table.joints or [], model, folder)
     for joint in joints:
-        for note in (joint.notes[0], *(() if joint.mapped is None else joint.notes[-2:])):
+        mu = [f"contacts '{joint.name}': {joint.friction}"] * bool(joint.friction)
+        for note in (joint.notes[0], *mu, *(() if joint.mapped is None else joint.notes[-2:])):
             tell(f"structure: {note}")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
-    body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints])
+    kept = None if bolts is None else Code("", list(dict.fromkeys([*table.keep, *bolts.keep])))
+    body = _body(table, Code("model", model), [Code(pair.name, pair) for pair in joints], kept)
     # judged once range and harmonics are known
-    return replace(reduced(tell, body.but(force=True), folder, force=table.force), joints=tuple(joints))
+    made = reduced(tell, body.but(force=True), folder, force=table.force)
+    return replace(made, joints=tuple(joints), bolts=bolts)
 
 
 def _heated(model: ImportedModel, table: FeTable) -> ImportedModel:
@@ -354,9 +365,10 @@ def _heated(model: ImportedModel, table: FeTable) -> ImportedModel:
         return at_temperature(model, table.at_temperature)
 
 
-def _body(table: FeTable, model: Code, joints: Sequence[Code]) -> Call:
+def _body(table: FeTable, model: Code, joints: Sequence[Code], kept: Code | None) -> Call:
     pairs = {"pairs": Code(f"[{', '.join(joint.text for joint in joints)}]", [joint.value for joint in joints])}
-    return Call("ss.reduced_body", (model,), {**table.given(*_REDUCED), **(pairs if joints else {})})
+    keep = {} if kept is None else {"keep": kept}
+    return Call("ss.reduced_body", (model,), {**table.given(*_REDUCED), **keep, **(pairs if joints else {})})
 
 
 def imported_model(table: Any, folder: Path, tell: Tell) -> ImportedModel:
@@ -399,11 +411,14 @@ def import_call(table: Any) -> Call:
 def _fe_script(table: FeTable, _folder: Path) -> list[str]:
     tables = table.joints or []
     names = [Code(joint_variable(number)) for number, _ in enumerate(tables)]
-    body = _body(table, Code("model"), names).but(cache=here(CACHE))
+    kept = Code(f"[{', '.join([*map(literal, table.keep), '*bolts.keep'])}]") if table.bolts else None
+    body = _body(table, Code("model"), names, kept).but(cache=here(CACHE))
     model = [f"model = {import_call(table).written()}"]
     if table.at_temperature is not None:
         model.append(f"model = {Call('ss.models.at_temperature', (Code('model'), table.at_temperature)).written()}")
     model += rotation_script(table.rotation)
+    if table.bolts:
+        model += [f"bolts = {bolts_call(table.bolts, Code('model')).written()}", "model = bolts.model"]
     model += [
         f"{name.text} = {joint_call(joint, Code('model')).written()}" for name, joint in zip(names, tables, strict=True)
     ]
@@ -434,10 +449,12 @@ def reaching(raw: RawTable) -> Any:
     """
     structure, response = raw["structure"], raw.get("response")
     if isinstance(structure, Mapping):
-        if JOINTS in structure:  # in a file this key is as unknown as "joint" is there
-            structure = {"joint" if key == JOINTS else key: value for key, value in structure.items()}
+        # in a file these keys are as unknown as "joint" is there
+        structure = {key.strip("[]") if key in (JOINTS, BOLTS) else key: value for key, value in structure.items()}
         if structure.get("kind") == "fe" and raw.get("joint"):
             structure = {**structure, JOINTS: raw["joint"]}
+        if structure.get("kind") == "fe" and (sections := of_sections(raw.get("bolt"))):
+            structure = {**structure, BOLTS: sections}
     if not isinstance(structure, Mapping) or not _is_reduced(structure) or set(_SAID) & set(structure):
         return structure
     if not isinstance(response, Mapping) or ResponseTable.cross_check(response):

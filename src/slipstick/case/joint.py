@@ -6,13 +6,13 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, PlainValidator, ValidationError
+from pydantic import Field, PlainValidator
 
 from slipstick.case.script_text import Call, Code, here
 from slipstick.case.source import inside
-from slipstick.case.table import NotNegative, Positive, RawTable, Table
+from slipstick.case.table import NotNegative, Positive, RawTable, Table, right_tables
 from slipstick.errors import Fault, InputError, SlipstickWarning
 
 if TYPE_CHECKING:
@@ -35,7 +35,9 @@ class JointTable(Table):
     )
     kt: NotNegative = Field(description="a number >= 0, the tangential contact stiffness per area (force/length^3)")
     kn: Positive = Field(description="a number > 0, the normal contact stiffness per area (force/length^3)")
-    mu: NotNegative = Field(description="a number >= 0, the friction coefficient")
+    mu: NotNegative | None = Field(
+        default=None, description="a number >= 0, the friction coefficient; without it that of the model's file"
+    )
     gap: float | None = Field(default=None, description="a finite number, added to the gap of the geometry (length)")
     normal_load: NotNegative | None = Field(
         default=None, description="a number >= 0, the pressure of an interference fit (force/length^2)"
@@ -71,16 +73,7 @@ class JointTable(Table):
         return faults
 
 
-def _right(tables: Any) -> list[JointTable] | None:
-    """Joints; None where one is not right: its faults are found where its section is read."""
-    try:
-        found = [JointTable.model_validate(raw) for raw in tables]
-    except (ValidationError, InputError, TypeError):
-        return None
-    return None if any(JointTable.cross_check(raw) for raw in tables) else found
-
-
-Joints = Annotated[list[JointTable] | None, PlainValidator(_right)]
+Joints = Annotated[list[JointTable] | None, PlainValidator(right_tables(JointTable))]
 
 
 def joint_call(table: JointTable, model: Code, folder: Path | None = None) -> Call:

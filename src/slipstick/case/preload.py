@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,14 +11,17 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.load import LoadTable
 from slipstick.case.script_text import Call, Code
-from slipstick.case.table import NotNegative, Positive, RawTable, Table, cosines, is_number, unexpected
+from slipstick.case.table import NotNegative, Positive, RawTable, Table, cosines, is_number, right_tables, unexpected
 from slipstick.case.validation import ReadTable, read_table
-from slipstick.errors import Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.analysis.preload.preload import Preload
+    from slipstick.analysis.preload.steps import LoadStep
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
+    from slipstick.fem.model import ImportedModel
+    from slipstick.models.bolts import PretensionBolts
     from slipstick.models.surface_pair import SurfacePair
 
 BOLT, PRELOAD = "bolt", "preload"
@@ -29,19 +33,70 @@ class BoltTable(Table):
     """``[[bolt]]``."""
 
     name: str = Field(min_length=1, description='a name for the bolt, such as "bolt 1"')
-    elongation: Annotated[dict[str, float], PlainValidator(cosines)] = Field(
-        description="dofs with their cosines, positive where the bolt gets longer: { head_z = 1.0, nut_z = -1.0 }"
+    elongation: Annotated[dict[str, float], PlainValidator(cosines)] | None = Field(
+        default=None,
+        description="dofs with their cosines, positive where the bolt gets longer: { head_z = 1.0, nut_z = -1.0 }",
     )
-    stiffness: Positive = Field(description="a number > 0, force over elongation: E A / L")
+    stiffness: Positive | None = Field(default=None, description="a number > 0, force over elongation: E A / L")
+    section: str | None = Field(default=None, description="the name of a pre-tension section of the model")
     force: NotNegative | None = Field(default=None, description="a number >= 0, to which it is tightened first")
     shortening: float | None = Field(default=None, description="a length, by which it is shortened first")
 
     @classmethod
     def cross_check(cls, raw: RawTable) -> list[Fault]:
-        """It is tightened in one way."""
+        """It is made and tightened in one way."""
+        own, faults = ("elongation", "stiffness"), list[Fault]()
+        if "section" in raw:
+            remedy = "leave it out: the model has the bolt"
+            faults += [Fault(key, "is given together with section", remedy=remedy) for key in own if key in raw]
+        else:
+            faults += [Fault(key, IS_MISSING) for key in own if key not in raw]
         if "force" in raw and "shortening" in raw:
-            return [Fault("shortening", "is given together with force", remedy="keep one of them")]
-        return []
+            faults.append(Fault("shortening", "is given together with force", remedy="keep one of them"))
+        return faults
+
+    @property
+    def tightened(self) -> bool:
+        """Whether it says its own force or shortening."""
+        return self.force is not None or self.shortening is not None
+
+
+BOLTS = "[[bolt]]"
+"""Key of bolts that are sections of the model in the table of the structure; no file has it there."""
+
+BOLT_FIELD = "bolts"
+"""Field of the structure's table that holds them."""
+
+Bolts = Annotated[list[BoltTable] | None, PlainValidator(right_tables(BoltTable))]
+
+
+def of_sections(tables: object) -> list[RawTable]:
+    """Those of some tables that name a section of the model."""
+    return [one for one in tables if isinstance(one, Mapping) and "section" in one] if isinstance(tables, list) else []
+
+
+def bolts_call(tables: Sequence[BoltTable], model: Code) -> Call:
+    """Sections of the model cut; what a bolt says itself comes in place of the loads of the file."""
+    loaded = [table.name for table in tables if not table.tightened]
+    named = {"loaded": loaded} if len(loaded) < len(tables) else {}
+    return Call("ss.models.pretension_bolts", (model, {table.name: table.section for table in tables}), named)
+
+
+def cut_bolts(tables: Sequence[BoltTable], model: ImportedModel) -> PretensionBolts:
+    """The same, silent; a fault of a section stands at its bolt."""
+    of_section = {table.section: table.name for table in tables}
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            made: PretensionBolts = bolts_call(tables, Code("model", model)).made()
+            return made
+    except InputError as error:
+        raise InputError([
+            replace(fault, where=(BOLT_FIELD, of_section[fault.where[1]], "section"))
+            if fault.where[:1] == ("sections",) and len(fault.where) > 1 and fault.where[1] in of_section
+            else fault
+            for fault in error.faults
+        ]) from None  # fmt: skip
 
 
 def _loads(value: Any) -> list[Any]:
@@ -118,21 +173,26 @@ def bolt_call(table: BoltTable) -> Call:
     return Call("ss.bolt", named=table.given("name", "elongation", "stiffness"))
 
 
-def step_calls(bolts: Sequence[BoltTable], steps: Sequence[StepTable]) -> list[Call]:
-    """All steps: first what the bolts say themselves."""
+def step_calls(
+    bolts: Sequence[BoltTable], steps: Sequence[StepTable], of_file: Sequence[Code] = ()
+) -> list[Call | Code]:
+    """All steps: first what the bolts say themselves, then those of the model's file."""
     forces = {bolt.name: bolt.force for bolt in bolts if bolt.force is not None}
     lengths = {bolt.name: bolt.shortening for bolt in bolts if bolt.shortening is not None}
     named: dict[str, Any] = {"name": TIGHTEN, "bolts": forces, "shortening": lengths}
     own = [Call("ss.LoadStep", named={key: value for key, value in named.items() if value})] * bool(forces or lengths)
-    return [*own, *(step.call for step in steps)]
+    return [*own, *of_file, *(step.call for step in steps)]
 
 
 class LoadSteps:
     """The load steps of a case, made; ``shift`` of them come before the first ``[[preload]]``."""
 
-    def __init__(self, bolts: Sequence[ReadTable], steps: Sequence[ReadTable]) -> None:
+    def __init__(
+        self, bolts: Sequence[ReadTable], steps: Sequence[ReadTable], of_file: Sequence[LoadStep] = ()
+    ) -> None:
         self._rows = steps
-        calls = step_calls([row.table for row in bolts], [row.table for row in steps])
+        known = [Code(step.name, step) for step in of_file]
+        calls = step_calls([row.table for row in bolts], [row.table for row in steps], known)
         self.shift, self.steps = len(calls) - len(steps), []
         faults = []
         for place, call in enumerate(calls):
@@ -191,18 +251,22 @@ class LoadSteps:
         return preload(problem, self.steps, pairs=joints)
 
 
-def _made(call: Call) -> Any:
+def _made(call: Call | Code) -> Any:
     """A step with its loads."""
+    if isinstance(call, Code):
+        return call.value
     named = {key: [load.made() for load in value] if key == "loads" else value for key, value in call.named.items()}
     return call._replace(named=named).made()
 
 
-def build_bolts(rows: Sequence[ReadTable]) -> list[ContactPair]:
-    """The bolts whose tables are right."""
-    return [bolt_call(row.table).made() for row in rows if row.complete]
+def build_bolts(rows: Sequence[ReadTable], cut: Sequence[ContactPair]) -> list[ContactPair]:
+    """The bolts whose tables are right; ``cut`` are those of sections."""
+    known = {pair.name: pair for pair in cut}
+    right = [row.table for row in rows if row.complete]
+    return [bolt_call(table).made() if table.section is None else known[table.name] for table in right]
 
 
-def preload_script(problem: str, calls: Sequence[Call], joints: Sequence[str]) -> list[str]:
+def preload_script(problem: str, calls: Sequence[Call | Code], joints: Sequence[str]) -> list[str]:
     """Lines that return the preloaded problem."""
     pairs = {"pairs": Code(f"[{', '.join(joints)}]")} if joints else {}
     state = Call("ss.preload", (Code("made"), list(calls)), pairs).written()

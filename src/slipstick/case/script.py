@@ -101,7 +101,9 @@ def _problem(raw: RawTable, folder: Path) -> str:
     tables: list[Any] = [contact_table(contact).model_validate(contact) for contact in raw.get("contact", [])]
     joints = [joint_variable(number) for number, _ in enumerate(raw.get("joint", []))]
     bolts = [BoltTable.model_validate(bolt) for bolt in raw.get("bolt", [])]
-    contacts = contacts_script(tables, thermal, [*(f"*{joint}" for joint in joints), *map(_bolt, bolts)])
+    cut = [bolt.name for bolt in bolts if bolt.section is not None]
+    screws = [bolt_call(b).written() if b.section is None else f"bolts[{cut.index(b.name)}]" for b in bolts]
+    contacts = contacts_script(tables, thermal, [*(f"*{joint}" for joint in joints), *screws])
     loads = [LoadTable.model_validate(load).call.written() for load in raw.get("load", [])]
     loads += [f"*{name}.loads" for name, one in zip(joints, raw.get("joint", []), strict=True) if "pressure" in one]
     lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
@@ -124,13 +126,10 @@ def _problem(raw: RawTable, folder: Path) -> str:
         made = call("ss.models.straight_contacts", made, omega=frequencies_script(raw["response"]), contacts=chosen)
     if whole_disc:
         made = Call("disc.problem", (Code(made),), outputs).written()
-    steps = step_calls(bolts, [StepTable.model_validate(step) for step in raw.get("preload", [])])
+    of_file = [Code("*bolts.steps")] * any(bolt.section is not None and not bolt.tightened for bolt in bolts)
+    steps = step_calls(bolts, [StepTable.model_validate(step) for step in raw.get("preload", [])], of_file)
     ends = preload_script(made, steps, joints) if steps else [f"return {made}"]
     return "\n".join([*lines, *ends])
-
-
-def _bolt(table: BoltTable) -> str:
-    return bolt_call(table).written()
 
 
 def _structure(raw: RawTable, folder: Path) -> list[str]:

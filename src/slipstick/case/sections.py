@@ -22,7 +22,7 @@ from slipstick.case.joint import FIELD, JointTable
 from slipstick.case.load import LoadTable
 from slipstick.case.matrices import FREE, MATRICES, MODAL, MODEL
 from slipstick.case.measured import MEASURED
-from slipstick.case.preload import BOLT, PRELOAD, BoltTable, StepTable
+from slipstick.case.preload import BOLT, BOLT_FIELD, PRELOAD, BoltTable, StepTable
 from slipstick.case.requests import (
     IdentifyTable,
     LimitCyclesTable,
@@ -225,9 +225,10 @@ def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Describ
 
 
 def _of_structure(fault: Fault) -> Fault:
-    """A fault in the table of the structure, or in that of a joint, which the structure keeps."""
-    if fault.where[:1] == (FIELD,) and len(fault.where) > 1:
-        return replace(fault, where=("joint", *fault.where[1:]))
+    """A fault in the table of the structure, or in those of a joint or a bolt, which the structure keeps."""
+    for field, section in ((FIELD, "joint"), (BOLT_FIELD, BOLT)):
+        if fault.where[:1] == (field,) and len(fault.where) > 1:
+            return replace(fault, where=(section, *fault.where[1:]))
     return fault.inside("structure")
 
 

@@ -18,6 +18,7 @@ from slipstick.faults import Gathering
 
 if TYPE_CHECKING:
     from slipstick.fem.model import ImportedModel
+    from slipstick.models.bolts import PretensionBolts
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.models.reduced_sector import ReducedSector
     from slipstick.models.surface_pair import SurfacePair
@@ -42,7 +43,7 @@ class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
     ``disc``: the whole disc of which the structure is a sector in a wave, where blades differ.
-    ``joints``: contacts between its surfaces.
+    ``joints``: contacts between its surfaces. ``bolts``: sections of the model that are cut.
     ``sector``: the reduced finite element sector whose wave the structure is.
     ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
     the same. ``seconds``: the time to make or to read it. ``fit``: the modal analysis of a test, or its table.
@@ -51,6 +52,7 @@ class Body:
     structure: Structure
     reduced: ReducedBody | None = None
     joints: tuple[SurfacePair, ...] = ()
+    bolts: PretensionBolts | None = None
     model: ImportedModel | None = None
     force: bool = False
     seconds: float = 0.0

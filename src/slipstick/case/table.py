@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import date, time
 from typing import Annotated, Any, ClassVar, TypeGuard
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationError
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
@@ -83,6 +83,19 @@ class Table(BaseModel):
         """Those of some keys that the file gives, in this order."""
         values = {name: getattr(self, name) for name in names if name in self.model_fields_set}
         return {name: value.stated if isinstance(value, Table) else value for name, value in values.items()}
+
+
+def right_tables(model: type[Table]) -> Callable[[Any], list[Any] | None]:
+    """A validator of tables that another one keeps; None where one is not right: its section finds the faults."""
+
+    def validate(tables: Any) -> list[Any] | None:
+        try:
+            found = [model.model_validate(raw) for raw in tables]
+        except (ValidationError, InputError, TypeError):
+            return None
+        return None if any(model.cross_check(raw) for raw in tables) else found
+
+    return validate
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -13,7 +13,7 @@ from slipstick.contact.forces import ContactForces, element_forces, one_element_
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.law import default
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, plain, same_length, shown
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency, Numbers, Orders, Reals
@@ -37,7 +37,8 @@ class FrictionContact(FrictionLaw):
         Normal contact stiffness, force/length, >= 0. By default 1, a mere scale of the gap: a contact that moves along
         its normal needs it.
     mu
-        Friction coefficient, >= 0. Without both kt and mu it is a stop, which needs no tangential direction.
+        Friction coefficient, >= 0. Without both kt and mu it is a stop, which needs no tangential direction. With kt it
+        may be left to ``ss.surface_pair``, which takes that of the imported model; nothing else is computed without it.
     gap
         Gap (> 0) or interference (< 0), length.
     normal_load
@@ -73,6 +74,8 @@ class FrictionContact(FrictionLaw):
     """Whether a normal load was given, and no gap."""
     _stop: ClassVar[bool]
     """Whether kt and mu were not given."""
+    lacks_mu: ClassVar[bool] = False
+    """Whether kt was given and mu was not."""
 
     def __init__(
         self,
@@ -87,8 +90,9 @@ class FrictionContact(FrictionLaw):
         object.__setattr__(self, "_scaled", kn is None)
         object.__setattr__(self, "_loaded", gap is None)
         object.__setattr__(self, "_stop", kt is None and mu is None)
-        if self._stop:
-            kt = mu = 0.0
+        object.__setattr__(self, "lacks_mu", kt is not None and mu is None)
+        kt = 0.0 if self._stop else kt
+        mu = 0.0 if self._stop or self.lacks_mu else mu
         arguments = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
         arguments["rest"] = rest
         values, checks = {}, Gathering()
@@ -138,7 +142,9 @@ class FrictionContact(FrictionLaw):
         if self._scaled:
             del shown["kn"]
         if self._stop:
-            del shown["kt"], shown["mu"]
+            del shown["kt"]
+        if self._stop or self.lacks_mu:
+            del shown["mu"]
         again = {**shown, "normal_load": self.normal_load}
         shown |= {} if self.rest is None else {"rest": self.rest}
         again |= {} if self.rest is None else {"rest": self.rest}
@@ -157,6 +163,8 @@ class FrictionContact(FrictionLaw):
         numbers: dict[str, Any] = {**self.values, **({"kn": None} if self._scaled else {}), **values}
         if self._stop and not {"kt", "mu"} & set(values):
             del numbers["kt"], numbers["mu"]
+        if self.lacks_mu and "mu" not in values:
+            del numbers["mu"]
         if "normal_load" in values:
             del numbers["gap"]
         new = type(self)(**numbers)
@@ -174,6 +182,8 @@ class FrictionContact(FrictionLaw):
         if self._stop and "tangential" in ports:
             remedy = "give both; a stop without friction needs no tangential direction"
             yield Fault(statement="kt and mu are missing", remedy=remedy)
+        if self.lacks_mu:
+            yield Fault("mu", IS_MISSING, remedy="give the friction coefficient")
         if self._scaled and "normal" in ports:
             remedy = "give the normal contact stiffness: the contact, or its opposing surface, moves along the normal"
             yield Fault("kn", "is missing", remedy=remedy)
@@ -276,6 +286,8 @@ def contact_forces(
             "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
         )
         raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
+    if contact.lacks_mu:
+        raise InputError(list(contact.missing({"tangential"})))
     if contact.rest is not None:
         remedy = "ask the law: contact.respond(motion, values), or leave rest out"
         raise InputError(

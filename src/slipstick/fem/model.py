@@ -92,6 +92,8 @@ class FiniteElementModel:
     contact_pairs, pretension_sections
         Surfaces that are meant to touch, with their coefficient of friction, and sections of bolts, where the file
         names some: by the names of the surfaces, "A/B" of a pair. Nothing in the matrices holds or cuts them.
+    shortenings
+        Names of the degrees of freedom that are the shortening of a bolt which is cut; nothing holds them.
     load_steps
         Loads by the name of their step, where the file has some, in its order; "INITIAL" is what holds before the
         first step. They have no effect on the matrices.
@@ -132,6 +134,7 @@ class FiniteElementModel:
     symmetry: CyclicSymmetry | None = None
     contact_pairs: Mapping[str, SurfacePair] = field(default_factory=dict)
     pretension_sections: Mapping[str, PretensionSection] = field(default_factory=dict)
+    shortenings: tuple[str, ...] = ()
     load_steps: Mapping[str, LoadStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -318,6 +321,11 @@ class FiniteElementModel:
                 )
             )
         return self.coordinates[order[place]]
+
+    @property
+    def loose_bolts(self) -> list[str]:
+        """Those of ``shortenings`` that are free."""
+        return [dof for dof in self.shortenings if dof in self._rows]
 
     def in_mesh(self, what: str) -> Mesh:
         """The mesh, whose nodes are those of the rows; ``what`` needs it, in messages.

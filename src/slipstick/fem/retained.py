@@ -170,6 +170,10 @@ def retain(
     InputError
         For unknown names and what the parts refuse.
     """
+    loose = [dof for dof in model.loose_bolts if dof not in keep]
+    if loose:
+        what = f"has no {', '.join(loose)}: a bolt that is cut would be slack"
+        raise InputError(Fault("keep", what, remedy="keep the shortenings of bolts: keep=[*bolts.keep, ...]"))
     patches, loads, on = dict[str, WeightedPoints](), dict[str, Array](), None
     if surface is not None or between is not None or pressure or pairs:
         mesh = model.in_mesh("contacts on a surface")

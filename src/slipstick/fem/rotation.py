@@ -133,6 +133,9 @@ def turned_model(
     assert wanted is not None
     if model.speed:
         raise InputError(Fault("speed", f"{model.source} is a model at {model.speed:g} rad/s already"))
+    if model.loose_bolts:
+        what = f"has bolts that are cut ({', '.join(model.loose_bolts)}), which nothing holds while it begins to turn"
+        raise InputError(Fault("model", what, remedy="cut them afterwards: pretension_bolts(ss.at_speed(...))"))
     if by_speed is not None:
         return _between(model, by_speed, wanted)
     assert about is not None

@@ -20,7 +20,6 @@ APART = (
     "is kept as model.contact_pairs: nothing joins its surfaces until contacts are put there ([[joint]] of a case, "
     "ss.surface_pair)"
 )
-WHOLE = "is kept as model.pretension_sections: the bolt stays whole there, and its load and shortening have no effect"
 
 
 def corners_of(mesh: Mesh, chosen: dict[str, IntArray]) -> list[IntArray]:

@@ -62,6 +62,8 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
     file.attrs["speed"] = model.speed
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
+    if model.shortenings:
+        file.attrs["shortenings"] = json.dumps(model.shortenings)
     for name in _INTERFACES:
         if known := getattr(model, name):  # an attribute holds 64 kB at most
             text = json.dumps({key: asdict(part) for key, part in known.items()})
@@ -169,6 +171,7 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         materials=materials,
         contact_pairs=_interfaces(file, "contact_pairs", path),
         pretension_sections=_interfaces(file, "pretension_sections", path),
+        shortenings=tuple(map(str, json.loads(file.attrs.get("shortenings", "[]")))),
         load_steps={name: LoadStep.of(known) for name, known in _table(file, "load_steps", path).items()},
         symmetry=_symmetry(own_node(file, "symmetry"), mesh, path) if "symmetry" in file else None,
     )
@@ -189,11 +192,13 @@ def _interfaces(file: h5py.Group, name: str, path: Path) -> dict[str, Any]:
             raise ValueError(f"{name} holds a number that is not finite")
         if name == "contact_pairs":
             words = {part: str(known[part]) for part in ("dependent", "independent", "interaction")}
-            found[key] = SurfacePair(**words, mu=None if known["mu"] is None else float(known["mu"]))
+            mu = None if known["mu"] is None else float(known["mu"])
+            found[key] = SurfacePair(**words, mu=mu, card=str(known.get("card", "")))
         else:
             x = known["normal"]
             normal = None if x is None else (float(x[0]), float(x[1]), float(x[2]))
-            found[key] = PretensionSection(node=int(known["node"]), normal=normal)
+            card = str(known.get("card", ""))
+            found[key] = PretensionSection(node=int(known["node"]), normal=normal, card=card)
     return found
 
 

@@ -30,6 +30,7 @@ _PUBLIC = {
     "IwanContact": "slipstick.contact.hysteresis",
     "StribeckContact": "slipstick.contact.velocity_friction",
     "bladed_sector": "slipstick.models.parametric_sector",
+    "pretension_bolts": "slipstick.models.bolts",
     "straight_contacts": "slipstick.models.straight",
     "greenwood_williamson": "slipstick.models.contact_stiffness",
     "hertz_mindlin": "slipstick.models.contact_stiffness",
@@ -45,6 +46,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.contact.velocity_friction import StribeckContact as StribeckContact
     from slipstick.fem.expansion import at_temperature as at_temperature
+    from slipstick.models.bolts import pretension_bolts as pretension_bolts
     from slipstick.models.contact_stiffness import greenwood_williamson as greenwood_williamson
     from slipstick.models.contact_stiffness import hertz_mindlin as hertz_mindlin
     from slipstick.models.contact_stiffness import penalty_stiffness as penalty_stiffness

@@ -29,6 +29,7 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.interfaces import pair_of
 from slipstick.fem.loads import area
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
@@ -79,6 +80,8 @@ class SurfacePair(list[ContactPair]):
         0 without ``points``.
     mapped
         Pressures of a file at the contacts; None without one.
+    friction
+        The coefficient that the model's file states, and whether it is used; empty where there is nothing to tell.
     notes, warnings
         What was found of the two surfaces; what is suspicious.
 
@@ -101,10 +104,10 @@ class SurfacePair(list[ContactPair]):
 
     def __init__(
         self, contacts: Sequence[ContactPair], *, name: str, facing: Facing, gaps: Array, softer: float,
-        notes: Sequence[str], warnings: Sequence[str], mapped: MappedPressure | None = None,
+        notes: Sequence[str], warnings: Sequence[str], mapped: MappedPressure | None = None, friction: str = "",
     ) -> None:  # fmt: skip
         super().__init__(contacts)
-        self.mapped = mapped
+        self.mapped, self.friction = mapped, friction
         self.name, self.facing, self.gaps, self.softer = name, facing, gaps, softer
         self.notes, self.warnings = tuple(notes), tuple(warnings)
 
@@ -160,7 +163,8 @@ def surface_pair(
     contact
         The law, with ``kt`` and ``kn`` per area (force/length^3), and either ``gap``, which is added to that of the
         geometry, or ``normal_load`` per area, the pressure that interference gives on top of it. A
-        ``PlanarFrictionContact`` slides along the surface in any direction.
+        ``PlanarFrictionContact`` slides along the surface in any direction. Without ``mu`` it has that of
+        ``model.contact_pairs`` for these two surfaces.
     name
         In names of parameters it stands for all of the contacts: "NAME.mu".
     points
@@ -226,6 +230,9 @@ def surface_pair(
     for what, surface in (("first", first), ("second", second)):
         gathering.take(one, what, surface, (str, Surface), "the name of a surface")
     gathering.take(text, "name", name)
+    stated = ""
+    if isinstance(model, FiniteElementModel) and isinstance(contact, FrictionContact):
+        contact, stated = _rubbing_as_stated(model, first, second, contact)
     gathering.faults += _law_faults(contact, direction)
     for what, column in (gathering.optional(table, "columns", columns, _COLUMNS) or {}).items():
         gathering.take(_one_of, ("columns", "a key"), what, tuple(NAMES))
@@ -252,6 +259,7 @@ def surface_pair(
     found = _Found()
     facing = _moving(model, _faced(ends, method, found), ends, found)
     _gaps_reported(facing.gaps, gap if pressure is None else PRESSED, ends, found)
+    found.notes += [stated] * bool(stated)
     facing, softer = _patches(facing, count, contact, gap == GEOMETRY, ends, found)
     facing = replace(facing, points=replace(facing.points, side=f"{name}_"))
     gaps = facing.gaps if gap == GEOMETRY else np.zeros_like(facing.gaps)
@@ -265,8 +273,23 @@ def surface_pair(
     notes, warnings = ([f"contacts '{name}': {each}" for each in part] for part in (found.notes, found.warnings))
     warn(warnings)
     return SurfacePair(
-        contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings, mapped=mapped
-    )
+        contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings, mapped=mapped,
+        friction=stated,
+    )  # fmt: skip
+
+
+def _rubbing_as_stated(
+    model: FiniteElementModel, first: object, second: object, contact: FrictionContact
+) -> tuple[FrictionContact, str]:
+    """The law with the coefficient of the model's file where it has none of its own, and what to tell of it."""
+    pair = pair_of(model.contact_pairs, first, second)
+    if pair is None or pair.mu is None:
+        return contact, ""
+    if contact.lacks_mu:
+        return contact.changed(mu=pair.mu), pair.stated
+    own = np.asarray(contact.mu)
+    differs = not _frictionless(contact) and own.ndim == 0 and own != pair.mu
+    return contact, f"mu = {own:g} is used, not {pair.stated}" if differs else ""
 
 
 def _pressed(
@@ -419,7 +442,10 @@ def _law_faults(contact: Any, direction: Any) -> Iterator[Fault]:
         if np.ndim(value):
             yield Fault(("contact", name), found=f"{np.size(value)} values", expected="one, per area, for all points")
     missing = {"normal"} if _frictionless(contact) else {"tangential", "normal"}
-    yield from (fault.inside("contact") for fault in contact.missing(missing))
+    for fault in contact.missing(missing):
+        if contact.lacks_mu and fault.where == ("mu",):
+            fault = replace(fault, remedy="give the friction coefficient: the model has none for these surfaces")
+        yield fault.inside("contact")
     if direction is None and "second" not in contact.ports and not _frictionless(contact):
         remedy = "give one, or a PlanarFrictionContact, which slides in any"
         yield Fault("direction", "is missing: a FrictionContact slides along one direction", remedy=remedy)

@@ -60,7 +60,7 @@ NALL, 80.
 def test_pairs_are_kept_with_their_friction_and_told(tmp_path):
     model = read_model(write(tmp_path, CUBE + HELD + PAIRS), quiet=True)
     assert model.contact_pairs == {
-        "LOW/FRONT": SurfacePair(dependent="LOW", independent="FRONT", mu=0.35, interaction="DRY"),
+        "LOW/FRONT": SurfacePair(dependent="LOW", independent="FRONT", mu=0.35, interaction="DRY", card="*FRICTION"),
         "POINTS/FRONT": SurfacePair(dependent="POINTS", independent="FRONT", interaction="SMOOTH"),
     }
     assert model.warnings == (
@@ -119,11 +119,24 @@ def test_faults(tmp_path, old, new, said):
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize("more", ["*FRICTION, ROUGH", "*FRICTION\n0.3, 10.\n0.2, 20."])
-def test_friction_that_is_no_number_is_told(tmp_path, more):
-    text = PAIRS.replace("*FRICTION, SLIP TOLERANCE=0.005\n0.35,", more)
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (", ROUGH", "gives no coefficient of friction (no number, ROUGH or USER): the contact pairs have none"),
+        ("\n0.3, 10.\n0.2, 20.", "depends on slip rate; the coefficient of its first line is kept"),
+        ("\n0.3, , 1e6, 20.\n0.2, , 2e6, 80.", "depends on pressure and temperature; the coefficient of its first"),
+        (", TAUMAX=5e6\n0.3,", "limits the friction stress by TAUMAX, which is left out"),
+        (", EXPONENTIAL DECAY\n0.3, 0.2, 5.", "decays with the slip rate (EXPONENTIAL DECAY); the first coefficient"),
+        (", ANISOTROPIC\n0.3, 0.2", "differs with the direction (ANISOTROPIC); the first coefficient is kept"),
+        ("\n0.3, 1e5", "has 1e5 beside its coefficient (slip rate, or stick slope of CalculiX), which is not used"),
+        ("\n0.3,", ""),
+    ],
+)
+def test_what_is_not_used_of_friction_is_told(tmp_path, more, said):
+    text = PAIRS.replace("*FRICTION, SLIP TOLERANCE=0.005\n0.35,", f"*FRICTION{more}")
     model = read_model(write(tmp_path, CUBE + HELD + text), quiet=True)
-    assert any("*FRICTION" in sentence for sentence in model.warnings)
+    ours = [sentence for sentence in model.warnings if "*FRICTION" in sentence]
+    assert [f"*FRICTION {said}" in sentence for sentence in ours] == [True] * bool(said)
     assert model.contact_pairs["LOW/FRONT"].mu == (None if "ROUGH" in more else 0.3)
 
 

@@ -1,5 +1,7 @@
 """Contact pairs and pretension sections of an archive: kept by name as those of other codes are, and told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.ansys import PULL, stack_text
@@ -10,6 +12,7 @@ from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.load_steps import StepLoad
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
+from slipstick.fem.pretension import cut_sections
 from slipstick.importers.import_model import read_model
 from slipstick.io.model_file import load_model, save_model
 
@@ -36,7 +39,7 @@ def test_elements_of_one_real_constant_set_are_a_pair(tmp_path):
     model = read(tmp_path, PAIR, FRICTION)
     assert model.contact_pairs == {
         "contact 7/target 7": SurfacePair(
-            dependent="contact 7", independent="target 7", mu=0.25, interaction="material 2"
+            dependent="contact 7", independent="target 7", mu=0.25, interaction="material 2", card="MU"
         )
     }
     for name, labels in (("contact 7", LOW), ("target 7", HIGH)):
@@ -147,6 +150,22 @@ def test_an_offset_is_told(tmp_path):
     assert any("offsets its surface by CNOF = 0.02" in sentence for sentence in model.warnings)
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("R,7\nRMORE,,,1e6\n", "changes friction by TAUMAX = 1e+06, which is left out: MU alone is kept"),
+        ("R,7\nRMORE,,,1e20\nRMORE,,,,,,\nRMORE,,,1.0\n", ""),
+        ("RMODIF,7,21,1.5\n", "changes friction by FACT = 1.5"),
+        ("RMODIF,7,22,0.1\n", "changes friction by DC = 0.1"),
+        ("RMODIF,7,13,0.1\n", "changes friction by COHE = 0.1"),
+    ],
+)
+def test_what_is_not_used_of_friction_is_told(tmp_path, more, said):
+    model = read(tmp_path, PAIR, FRICTION + more)
+    ours = [sentence for sentence in model.warnings if "changes friction" in sentence]
+    assert [said in sentence for sentence in ours] == [True] * bool(said)
+
+
 def test_a_cut_bolt_is_whole(tmp_path):
     """Its stiffness is that of the same bolt meshed in one piece, and its section lies across it."""
     model = read(tmp_path, BOLT, SECTION + "D,17,UX,0.01\nF,17,FX,100.\n")
@@ -163,6 +182,12 @@ def test_a_cut_bolt_is_whole(tmp_path):
         ours, theirs = np.linalg.eigvalsh(ours.toarray()), np.linalg.eigvalsh(theirs.toarray())
         np.testing.assert_allclose(ours, theirs, atol=1e-12 * theirs.max())
     assert PULL not in model.mesh.nodes[model.mesh.used_nodes].tolist()
+    cut, (section,) = cut_sections(model, ["pretension 3"])
+    assert (section.dof, section.normal.tolist()) == ("n17x", [0.0, 0.0, 1.0])
+    assert abs(cut.fix("n17x").K - model.K).max() == 0.0
+    turned = replace(model, pretension_sections={"pretension 3": PretensionSection(node=17, normal=(0.0, 0.0, -1.0))})
+    with pytest.raises(InputError, match="points into the elements of its surface"):
+        cut_sections(turned, ["pretension 3"])
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from slipstick.fem.box import box
 from slipstick.fem.interfaces import SurfacePair
 from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import together
+from slipstick.fem.pretension import cut_sections
 from slipstick.importers.import_model import read_model
 
 LOW = box((1.0, 1.0, 1.0), (1, 1, 1), "hex8")
@@ -103,6 +104,9 @@ def test_a_bolt_is_whole(tmp_path, direction):
     assert any("BOLT is kept as model.pretension_sections" in sentence for sentence in model.warnings)
     plain = read_model(write(tmp_path, text, HEAD), quiet=True)
     assert abs(model.K - plain.K).max() == 0.0
+    parted, (part,) = cut_sections(model, ["bolt 5"])
+    assert part.dof == f"n{mesh.n_nodes + 1}x"
+    assert abs(parted.fix(part.dof).K - plain.K).max() == 0.0
 
 
 @pytest.mark.parametrize(

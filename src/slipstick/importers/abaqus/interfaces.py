@@ -5,15 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.errors import Fault, Place
-from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.interfaces import WHOLE, PretensionSection, SurfacePair
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.content import Content, named, nodes_of
 from slipstick.importers.abaqus.keywords import KEYWORDS, Block
 from slipstick.importers.findings import Verdict, refused
-from slipstick.importers.interfaces import APART, WHOLE
+from slipstick.importers.interfaces import APART
 from slipstick.importers.text_numbers import fortran_real, whole_number
 
-_OTHERWISE = "depends on more than two surfaces; the coefficient of its first line is kept"
+_FRICTION = "*FRICTION"
+_VARIES = ("slip rate", "pressure", "temperature", "a field variable")
+"""What a coefficient may depend on, by the columns after it."""
+_LIMITED = {
+    "TAUMAX": "limits the friction stress by TAUMAX, which is left out",
+    "EXPONENTIALDECAY": "decays with the slip rate (EXPONENTIAL DECAY); the first coefficient, that at rest, is kept",
+    "ANISOTROPIC": "differs with the direction (ANISOTROPIC); the first coefficient is kept",
+}
+"""Parameters under which the first number is not all."""
 
 
 @KEYWORDS.reads("SURFACEINTERACTION", "DEPVAR NAME UNSYMM USER")
@@ -44,9 +52,26 @@ def on_friction(content: Content, block: Block) -> None:
     mu = fortran_real(block.rows[0][0]) if block.rows[0][0] else 0.0
     if not 0.0 <= mu < np.inf:
         raise ValueError(f"a coefficient of {mu:g}")
-    if len(block.rows) > 1:
-        content.note(Verdict.APPROXIMATED, block, _OTHERWISE)
+    for name, what in _LIMITED.items():
+        if name in block.parameters:
+            content.note(Verdict.APPROXIMATED, block, what)
+    if "EXPONENTIALDECAY" not in block.parameters and (what := _varying(block)):
+        content.note(Verdict.APPROXIMATED, block, what)
     content.friction[content.interaction] = mu
+
+
+def _varying(block: Block) -> str:
+    """What the coefficient of a table depends on, or which number beside a single one is not used; empty: nothing."""
+    begin = 2 if "ANISOTROPIC" in block.parameters else 1
+    columns = [[*row[begin:], *[""] * 4][:4] for row in block.rows]
+    if len(block.rows) == 1:
+        rate = columns[0][0]
+        if rate and fortran_real(rate):
+            return f"has {rate} beside its coefficient (slip rate, or stick slope of CalculiX), which is not used"
+        return ""
+    names = [name for name, column in zip(_VARIES, zip(*columns, strict=True), strict=True) if len({*column}) > 1]
+    by = " and ".join(names) or "more than one line"
+    return f"depends on {by}; the coefficient of its first line is kept"
 
 
 @KEYWORDS.reads("CONTACTPAIR", stage=2)
@@ -66,8 +91,9 @@ def on_contact_pair(content: Content, block: Block) -> None:
             raise ValueError("expected two surfaces on a line")
         first, second = ([word.replace('"', "").upper() for word in row if word] * 2)[:2]
         pair = SurfacePair(
-            dependent=first, independent=second, mu=content.friction.get(interaction), interaction=interaction
-        )
+            dependent=first, independent=second, mu=content.friction.get(interaction), interaction=interaction,
+            card=_FRICTION if interaction in content.friction else "",
+        )  # fmt: skip
         content.pairs.append((pair, content.place(line, block.shown)))
 
 
@@ -106,7 +132,8 @@ def on_pretension(content: Content, block: Block) -> None:
         if not 0.0 < np.linalg.norm([x, y, z]) < np.inf:
             raise ValueError("a normal without length")
         normal = (x, y, z)
-    content.pretension_sections[name] = PretensionSection(node=node, normal=normal)
+    card = ": ".join(map(str, where[1:]))
+    content.pretension_sections[name] = PretensionSection(node=node, normal=normal, card=card)
     content.note(Verdict.APPROXIMATED, block, WHOLE)
 
 

@@ -152,8 +152,9 @@ def real_constants(archive: Any, text: str, source: str) -> dict[int, list[float
             if name == "R" and words and words[0].isdigit():
                 last = whole_number(words[0])
                 constants[last] = values
-            elif name == "RMORE" and last:
-                constants[last] += values
+            elif name == "RMORE" and last:  # each line has six, those at its end may be left out
+                known = constants[last]
+                known += [0.0] * (-len(known) % 6 if known else 6) + values
             elif name == "RMODIF" and len(values) > 1 and words[0].isdigit():
                 start = int(values[0]) - 1
                 if not 0 <= start < _MOST:

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import Fault, InputError, Place
-from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.interfaces import WHOLE, PretensionSection, SurfacePair
 from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.ansys.commands import COMMANDS, commands
 from slipstick.importers.ansys.couplings import real_constants
 from slipstick.importers.deck import Deck, matching_surface, with_surfaces
 from slipstick.importers.findings import Verdict, refused, with_more
-from slipstick.importers.interfaces import APART, WHOLE, section_faces
+from slipstick.importers.interfaces import APART, section_faces
 from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.typing import IntArray
 
@@ -40,6 +40,14 @@ _WARM = "depends on temperature; its first value is kept"
 
 _CNOF = 9
 """Which real constant moves the contact surface."""
+
+_LIMITS = {8: ("TAUMAX", 1e20), 12: ("COHE", 0.0), 20: ("FACT", 1.0), 21: ("DC", 0.0)}
+"""Real constants that change friction: a limit of its stress, cohesion, the coefficient at rest over that of sliding,
+and the decay between both; with the values that have no effect."""
+
+
+Friction = tuple[float | None, str]
+"""A coefficient, None where the file gives no number, and the command that gives it."""
 
 
 class Interfaces:
@@ -116,7 +124,7 @@ class Interfaces:
                 nodes = ", ".join(map(str, sorted(loaded)[:3]))
                 raise refused(where, f"has {len(loaded)} pretension nodes ({nodes})", expected="one a section")
             self.deck.pretension_sections[f"pretension {number}"] = PretensionSection(
-                node=loaded.pop(), normal=normals.get(number)
+                node=loaded.pop(), normal=normals.get(number), card=str(where[1])
             )
         self._tell("PRETS179 of section", [*self._sections], WHOLE)
         steps: dict[int, list[StepLoad]] = {}
@@ -161,10 +169,10 @@ class Interfaces:
                         raise ValueError("a normal without length")
                     yield number, (x, y, z)
 
-    def placed(self, mesh: Mesh, friction: Mapping[int, float | None]) -> Mesh:
+    def placed(self, mesh: Mesh, friction: Mapping[int, Friction]) -> Mesh:
         """The mesh with surfaces of sections and pairs; the pairs go to the deck, those that glue are refused there.
 
-        ``friction`` is the coefficient of each material that has one.
+        ``friction`` is the coefficient of each material that has one, and the command that gives it.
         """
         found: dict[str, Surface | IntArray] = {}
         for number, part in self._sections.items():
@@ -180,7 +188,7 @@ class Interfaces:
         mesh = replace(mesh, surfaces={**mesh.surfaces, **surfaces}, node_sets={**mesh.node_sets, **nodes})
         return with_surfaces(mesh, nodes)
 
-    def _pairs(self, mesh: Mesh, friction: Mapping[int, float | None]) -> dict[str, Surface | IntArray]:
+    def _pairs(self, mesh: Mesh, friction: Mapping[int, Friction]) -> dict[str, Surface | IntArray]:
         contacts = _by(_REAL, (row for row in self.rows if self.kinds.get(row[_TYPE]) in _CONTACTS))
         targets = _by(_REAL, (row for row in self.rows if self.kinds.get(row[_TYPE]) == _TARGET))
         lone = sum(len(part) for real, part in targets.items() if real not in contacts)
@@ -214,6 +222,11 @@ class Interfaces:
             if constants.get(real, [])[_CNOF : _CNOF + 1] not in ([], [0.0]):
                 what = f"offsets its surface by CNOF = {constants[real][_CNOF]:g}, which is left out: give it as gap"
                 self.deck.own_warnings.append(str(Fault(where, what)))
+            values = dict(enumerate(constants.get(real, [])))
+            for at, (name, idle) in _LIMITS.items():
+                if values.get(at, 0.0) not in (0.0, idle):
+                    what = f"changes friction by {name} = {values[at]:g}, which is left out: MU alone is kept"
+                    self.deck.own_warnings.append(str(Fault(where, what)))
         if kept:
             self._tell(f"{self._name(contacts[kept[0]])} of real constants", kept, APART)
         return found
@@ -262,17 +275,17 @@ class Interfaces:
         return False
 
     def _keep(
-        self, where: Place, part: Sequence[Sequence[int]], names: Sequence[str], friction: Mapping[int, float | None]
+        self, where: Place, part: Sequence[Sequence[int]], names: Sequence[str], friction: Mapping[int, Friction]
     ) -> None:
         material = part[0][_MATERIAL]
         rough = self.options.get(part[0][_TYPE], {}).get(12, 0) == _ROUGH
         if rough:
             what = "gives no coefficient of friction (KEYOPT(12) = 1, rough): the contact pair has none"
             self.deck.own_warnings.append(str(Fault(where, what)))
+        mu, card = (None, "") if rough else friction.get(material, (None, ""))
         self.deck.contact_pairs["/".join(names)] = SurfacePair(
-            dependent=names[0], independent=names[1], mu=None if rough else friction.get(material),
-            interaction=f"material {material}",
-        )  # fmt: skip
+            dependent=names[0], independent=names[1], mu=mu, interaction=f"material {material}", card=card
+        )
 
 
 def _by(column: int, rows: Iterator[list[int]]) -> dict[int, list[list[int]]]:
@@ -295,10 +308,10 @@ def _nodes(faces: Surface | IntArray) -> list[int]:
 
 
 @COMMANDS.reads("TBDATA TBDAT TBTEMP TBTEM")
-def read_friction(deck: Deck, text: str) -> dict[int, float | None]:
+def read_friction(deck: Deck, text: str) -> dict[int, Friction]:
     """Coefficient of friction by material, of MP or MPDATA with MU, or of TB,FRIC, which comes before these.
 
-    None: the file has none that is one number.
+    None: the file has none that is one number. With it the command that gives it.
     """
     values: dict[int, list[float]] = {}
     tables: dict[int, list[float]] = {}
@@ -321,7 +334,10 @@ def read_friction(deck: Deck, text: str) -> dict[int, float | None]:
                         open_table = 0
             elif name in ("TBDATA", "TBDAT") and open_table and words[0] in ("", "1"):
                 tables[open_table] += [fortran_real(word) for word in words[1:2] if word]
-    return {number: _coefficient(deck, number, found) for number, found in {**values, **tables}.items()}
+    return {
+        number: (_coefficient(deck, number, found), "TB,FRIC" if number in tables else "MU")
+        for number, found in {**values, **tables}.items()
+    }
 
 
 def _coefficient(deck: Deck, material: int, values: Sequence[float]) -> float | None:

@@ -18,14 +18,13 @@ import numpy as np
 
 from slipstick.errors import Place
 from slipstick.fem.elements import ELEMENTS, FACES
-from slipstick.fem.interfaces import PretensionSection, SurfacePair
+from slipstick.fem.interfaces import WHOLE, PretensionSection, SurfacePair
 from slipstick.fem.load_steps import LoadStep, StepLoad
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.interfaces import (
     APART,
-    WHOLE,
     element_positions,
     kept_note,
     outer_faces,
@@ -221,7 +220,8 @@ class Contacts:
         if f"bolt {number}" in self.deck.pretension_sections:
             raise refused(where, f"gives bolt {number} twice")
         x, y, z = normal.tolist()
-        self.deck.pretension_sections[f"bolt {number}"] = PretensionSection(node=0, normal=(x, y, z))
+        card = ": ".join(map(str, where[1:]))
+        self.deck.pretension_sections[f"bolt {number}"] = PretensionSection(node=0, normal=(x, y, z), card=card)
         self.deck.add(Verdict.APPROXIMATED, "BOLT", WHOLE, line)
         yield f"bolt {number}", surface
 
