@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from slipstick.balance.layout import Forces, PortLayout, Tangents
 from slipstick.balance.problem import Problem
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
-from slipstick.structure.receptance import Receptance
+from slipstick.structure.receptance import Factors, Receptance
 from slipstick.structure.residuals import own_compliance
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
+
+if TYPE_CHECKING:
+    from slipstick.balance.stuck_structure import StuckStructure
 
 _UNDAMPED = 1e-5
 """Imaginary part of a receptance over its magnitude, below which the structure counts as undamped."""
@@ -72,6 +75,7 @@ class Balance:
         self.springs: Array | None = None
         self.support_springs = None if problem.support is None else problem.support.springs
         self.linear_known: tuple[tuple[Any, ...], float, dict[str, Array]] | None = None
+        self._stuck_known: list[StuckStructure | None] = []
 
     def _take(self, problem: Problem) -> None:
         self.problem, self.states, self.layout = problem, problem.contact_states, PortLayout(problem)
@@ -94,7 +98,7 @@ class Balance:
         if receptance is self.receptance:
             return None
         near = copy(self)
-        near.linear_known, near.receptance = None, receptance
+        near.linear_known, near.receptance, near._stuck_known = None, receptance, []
         return near
 
     def holding(self) -> Balance:
@@ -103,6 +107,14 @@ class Balance:
         held.linear_known = None
         held.states = tuple(state.held() for state in self.states)
         return held
+
+    def stuck(self, free: Factors) -> StuckStructure | None:
+        """See ``stuck_structure``; made once, with the contacts and the structure as the problem has them."""
+        if not self._stuck_known:
+            from slipstick.balance.stuck_structure import stuck_structure
+
+            self._stuck_known.append(stuck_structure(self, free))
+        return self._stuck_known[0]
 
     @property
     def n_states(self) -> int:

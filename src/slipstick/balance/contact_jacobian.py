@@ -4,6 +4,10 @@ The forces of an element depend on its own motion only, so ``dF/dX`` has a block
 a few modes and residuals. The preconditioner is ``P = D + U W``. ``D = I + A_own dF/dX`` of the single elements has
 blocks. ``U W`` holds, exactly, the modes that couple the elements most: ``U`` is their motion at the ports, ``W`` their
 excitation by it. P is inverted by Woodbury's formula.
+
+Where contacts are stiff, as clamped ones are, those that stick are first replaced by springs K on the structure (see
+``StuckStructure``): ``J = (I + A K) (I + A_K (dF/dX - K))``. The first factor is inverted as a whole, and D and U W stand
+for the second one, with ``A_K`` for A and ``dF/dX - K`` for dF/dX.
 """
 
 from __future__ import annotations
@@ -28,6 +32,7 @@ from slipstick.typing import Array, ComplexArray
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.layout import Tangents
+    from slipstick.balance.stuck_structure import StuckStructure
     from slipstick.state.contact_state import Carried
 
 # Preconditioner.
@@ -84,9 +89,23 @@ class Elements:
         self.fed_back = rows, gain, columns
         self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
 
-    def stiffness(self) -> Array:
-        """Largest stiffness at each port, (n, p)."""
-        return np.asarray(np.abs(self.local).max(axis=2).reshape(self.shape).max(axis=2))
+    def beyond(self, springs: Array | None) -> Array:
+        """``dF/dX`` by the element's own motion less springs at the ports (n_ports,), (n, p L, p L)."""
+        if springs is None:
+            return self.local
+        n, p, L = self.shape
+        attached = np.repeat(np.append(springs, 0.0)[self.rows], L, axis=1)
+        out = self.local.copy()
+        out[:, np.arange(p * L), np.arange(p * L)] -= attached
+        return out
+
+    def add_stiffness(self, out: Array) -> None:
+        """Add the mean stiffness of each port over a period to numbers (n_ports + 1,); the last means nothing."""
+        np.add.at(out, self.rows, np.einsum("nkk->nk", self.local).reshape(self.shape).mean(axis=2))
+
+    def stiffness(self, blocks: Array) -> Array:
+        """Largest entry of blocks (n, p L, p L) at each port, (n, p)."""
+        return np.asarray(np.abs(blocks).max(axis=2).reshape(self.shape).max(axis=2))
 
     def multiply(self, blocks: Array, X: Array, out: Array, *, transposed: bool = False) -> None:
         """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` means nothing."""
@@ -113,6 +132,8 @@ class Preconditioner:
     ----------
     elements
         Tangents of all batches.
+    stuck
+        The structure with stuck contacts where these are stiff.
 
     Attributes
     ----------
@@ -120,18 +141,30 @@ class Preconditioner:
         Most products per digit of a solution with the Jacobian that it was made for.
     """
 
-    def __init__(self, elements: Sequence[Elements], compliance: FactoredCompliance) -> None:
+    def __init__(
+        self, elements: Sequence[Elements], compliance: FactoredCompliance, stuck: StuckStructure | None = None
+    ) -> None:
         self._elements, self.by_digit = elements, 0.0
-        exact = _exact_modes(elements, compliance)
+        self._springs: Array | None = None
+        sign = 1
+        if stuck is not None:
+            stiffness = np.zeros(compliance.n_rows + 1)
+            for batch in elements:
+                batch.add_stiffness(stiffness)
+            attached = stuck.at(stiffness[:-1])
+            self._springs, sign, compliance = attached.springs, attached.sign, attached.compliance(compliance.factors)
+        self._compliance = compliance
+        tangents = [batch.beyond(self._springs) for batch in elements]
+        exact = _exact_modes(elements, tangents, compliance)
         self._set_modes(exact, compliance)
-        self._inverse, self._forces, sign = list[Array](), list[Array](), 1
+        self._inverse, self._forces = list[Array](), list[Array]()
         C = np.zeros((self._size, self._size))
-        for batch in elements:
-            D = _own_blocks(compliance.local(batch.rows, exact), batch.local)
+        for batch, tangent in zip(elements, tangents, strict=True):
+            D = _own_blocks(compliance.local(batch.rows, exact), tangent)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
             inverse = np.asarray(np.linalg.inv(D), dtype=float)
             self._inverse.append(inverse)
-            self._forces.append(batch.local @ inverse)
+            self._forces.append(tangent @ inverse)
             self._add_modal_forces(batch, self._forces[-1], C)
         C = self._weighted(C)
         C.reshape(-1)[:: len(C) + 1] += 1.0
@@ -197,6 +230,7 @@ class Preconditioner:
 
     def solve(self, X: Array) -> Array:
         """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row zero, and of no meaning in the result."""
+        X = self._released(X)
         out, forces, f = np.zeros_like(X), np.zeros_like(X), np.empty(self._size)
         for elements, blocks in zip(self._elements, self._forces, strict=True):
             elements.multiply(blocks, X, forces)
@@ -217,15 +251,29 @@ class Preconditioner:
         _blocks().subtract_along_modes(self._right, self._first, g, forces)
         for elements, blocks in zip(self._elements, self._forces, strict=True):
             elements.multiply(blocks, forces, pulled, transposed=True)
-        return np.asarray(out + pulled)
+        return self._released(out + pulled, transposed=True)
+
+    def _released(self, X: Array, *, transposed: bool = False) -> Array:
+        """``(I + A K)^-1 X``, which is ``X - A_K K X``, or with the transpose."""
+        if self._springs is None:
+            return X
+        out, springs, L = X.copy(), self._springs[:, None], X.shape[1]
+        if transposed:
+            pulled = self._compliance.transposed(_complex(X[:-1], L))
+            out[:-1] -= springs * coefficients(pulled).reshape(-1, L)
+        else:
+            out[:-1] -= self._compliance.answer(_complex(springs * X[:-1], L)).reshape(-1, L)
+        return out
 
 
-def _exact_modes(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
+def _exact_modes(
+    elements: Sequence[Elements], tangents: Sequence[Array], compliance: FactoredCompliance
+) -> NDArray[np.bool_]:
     """Modes of each order that couple the ports most, (n + 1, n_modes)."""
     f, n = compliance.factors, compliance.n_rows
     stiffness = np.zeros(n + 1)
-    for batch in elements:
-        stiffness[batch.rows] = batch.stiffness()
+    for batch, tangent in zip(elements, tangents, strict=True):
+        stiffness[batch.rows] = batch.stiffness(tangent)
     through = np.einsum("rm,rm,r->m", np.abs(f.left), np.abs(f.right[:n]), stiffness[:-1])
     gain = np.abs(f.weight) * through
     likeliest = np.argsort(-gain, axis=None, kind="stable")
@@ -268,6 +316,9 @@ class ContactJacobian(IterativeJacobian):
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
+        self._stuck = balance.stuck(compliance.factors)
+        if self._stuck is not None:
+            self.has_nearby = False
         self._elements = [Elements(balance, k, tangent) for k, tangent in enumerate(tangents)]
         for carried in states:
             if not carried.state.slow:
@@ -355,7 +406,7 @@ class ContactJacobian(IterativeJacobian):
     def _preconditioner(self) -> Preconditioner | None:
         """The preconditioner; None where it is singular."""
         try:
-            return Preconditioner(self._elements, self._compliance)
+            return Preconditioner(self._elements, self._compliance, self._stuck)
         except np.linalg.LinAlgError:
             return None
 

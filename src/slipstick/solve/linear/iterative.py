@@ -13,7 +13,8 @@ from scipy.linalg import solve_triangular
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
 from slipstick.typing import Array, ComplexArray
 
-# Solutions, by corrections with the approximation of J; all are relative residuals or ratios of residuals.
+# Solutions, by corrections with the approximation of J; all are relative residuals or ratios of residuals. Residuals r are
+# measured by ``P^-1 r``, the error of the solution as far as P is J: by r itself stiff contacts hide errors of any size.
 TOLERANCE = 1e-8
 """Residual of a solution."""
 _APPROXIMATE = 3e-5
@@ -39,7 +40,7 @@ _SEED = 20120601
 
 
 class IterativeJacobian(Jacobian):
-    """Solved by corrections with an approximation of J for all right-hand sides, or by GMRES on ``J P^-1``.
+    """Solved by corrections with an approximation of J for all right-hand sides, or by GMRES on ``P^-1 J``.
 
     A subclass defines products, the preconditioner ``P``, and approximate products ``nearby`` where these are cheap.
 
@@ -78,9 +79,9 @@ class IterativeJacobian(Jacobian):
         """Record the products of an approximate solution; whether P was replaced."""
         return False
 
-    def _weighed(self, right: Array, power: int = 1) -> Array:
-        """Right-hand sides (N,) or (N, k) in units in which their norm measures the residual; power -1: the inverse."""
-        return right
+    def _weighed(self, x: Array, power: int = 1) -> Array:
+        """Unknowns (N,) or (N, k) in units in which their norm measures an error; power -1: the inverse."""
+        return x
 
     @property
     def singular(self) -> bool:
@@ -108,9 +109,10 @@ class IterativeJacobian(Jacobian):
         if leaves is None or not _VARIATION * leaves <= to:
             return self._corrected(right, to)
         columns = right if right.ndim == 2 else right[:, None]
-        return np.column_stack([self._approximate(b, max(_APPROXIMATE, _SAFETY * to)) for b in columns.T]).reshape(
-            right.shape
-        )
+        to = max(_APPROXIMATE, _SAFETY * to)
+        x = np.column_stack([self._approximate(rest, to) for rest in self._errors(columns).T])
+        self._record_products()
+        return x.reshape(right.shape)
 
     def _corrected(self, right: Array, tolerance: float) -> Array:
         """Solution to a relative residual, corrected with the approximation of J until one more correction suffices.
@@ -119,14 +121,15 @@ class IterativeJacobian(Jacobian):
         computed.
         """
         b = right if right.ndim == 2 else right[:, None]
-        x, size = np.zeros(b.shape), self._sizes(b)
+        rest = self._errors(b)
+        x, size = np.zeros(b.shape), self._sizes(rest)
         x[:, ~np.isfinite(size)] = np.nan
         open_ = np.flatnonzero((size > 0.0) & np.isfinite(size))
-        left, rest = size, b
+        left = size
         while open_.size:
             x[:, open_] += np.column_stack([self._approximate(column) for column in rest[:, open_].T])
             rest = np.zeros_like(b)
-            rest[:, open_] = b[:, open_] - self.multiply(x[:, open_])
+            rest[:, open_] = self._errors(b[:, open_] - self.multiply(x[:, open_]))
             self.products += 1
             before, left = left, self._sizes(rest)
             if before is size:
@@ -134,7 +137,7 @@ class IterativeJacobian(Jacobian):
             left[left <= tolerance * size] = 0.0
             for i in open_[~(left[open_] <= _MIN_CONTRACTION * before[open_])]:
                 if not np.isfinite(left[i]):
-                    x[:, i], rest[:, i] = 0.0, b[:, i]
+                    x[:, i], rest[:, i] = 0.0, self._errors(b[:, i])
                 x[:, i] += self._by_gmres(rest[:, i], tolerance * size[i])
                 left[i] = 0.0
             enough = left[open_] ** 2 <= _SAFETY * tolerance * size[open_] * before[open_]
@@ -142,6 +145,7 @@ class IterativeJacobian(Jacobian):
                 x[:, i] += self._approximate(rest[:, i], max(_APPROXIMATE, _SAFETY * tolerance * size[i] / left[i]))
                 left[i] = 0.0
             open_ = np.flatnonzero(left > 0.0)
+        self._record_products()
         return x.reshape(right.shape)
 
     def _record_leaves(self, left: Array) -> None:
@@ -151,32 +155,52 @@ class IterativeJacobian(Jacobian):
             self.leaves = most
 
     def _by_gmres(self, rest: Array, residual: float) -> Array:
-        """Correction of a solution with residual ``rest`` (N,), by GMRES on ``J P^-1`` to the size of a residual."""
+        """Correction of a solution whose residual has ``P^-1 r = rest`` (N,), by GMRES on ``P^-1 J`` to a size of it."""
         weighed = self._weighed(rest)
         found = self._iterate(self._preconditioned, weighed, residual / float(np.linalg.norm(weighed)))
-        return self.precondition(self._weighed(found.x, -1))
-
-    def _sizes(self, right: Array) -> Array:
-        return np.asarray(np.linalg.norm(self._weighed(right), axis=0))
-
-    def _approximate(self, right: Array, tolerance: float = _APPROXIMATE) -> Array:
-        """An approximation of ``J^-1 right`` (N,)."""
         if not self.has_nearby:
-            return self.precondition(right)
-        return self._found_nearby(self._weighed(right), tolerance)[0]
+            self._taken.append((found.products, max(found.residual, TOLERANCE)))
+        return self._weighed(found.x, -1)
 
-    def _found_nearby(self, weighed: Array, tolerance: float) -> tuple[Array, Solved]:
-        """The same of a weighed right-hand side, with the result of GMRES."""
-        found = gmres(self._preconditioned_nearby, weighed, tolerance=tolerance, most=MOST_PRODUCTS)
-        x = self.precondition(self._weighed(found.x, -1))
-        self.took(found.products, tolerance)
-        return x, found
+    def _record_products(self) -> None:
+        """Tell ``took`` what the solutions since the last time cost: P is the same all through a solution."""
+        for products, tolerance in self._taken:
+            if self.took(products, tolerance):
+                break
+        self._taken.clear()
+
+    @cached_property
+    def _taken(self) -> list[tuple[int, float]]:
+        """Products of approximate solutions and the residuals they were asked for."""
+        return []
+
+    def _errors(self, residuals: Array) -> Array:
+        """``P^-1 r`` of residuals (N,) or (N, k)."""
+        if residuals.ndim == 1:
+            return self.precondition(residuals)
+        return np.column_stack([self.precondition(column) for column in residuals.T])
+
+    def _sizes(self, errors: Array) -> Array:
+        return np.asarray(np.linalg.norm(self._weighed(errors), axis=0))
+
+    def _approximate(self, rest: Array, tolerance: float = _APPROXIMATE) -> Array:
+        """An approximation of ``J^-1 r`` (N,), from ``P^-1 r``."""
+        if not self.has_nearby:
+            return rest
+        x, found = self._found_nearby(rest, tolerance)
+        self._taken.append((found.products, tolerance))
+        return x
+
+    def _found_nearby(self, rest: Array, tolerance: float) -> tuple[Array, Solved]:
+        """The same with the result of GMRES."""
+        found = gmres(self._preconditioned_nearby, self._weighed(rest), tolerance=tolerance, most=MOST_PRODUCTS)
+        return self._weighed(found.x, -1), found
 
     def _preconditioned(self, x: Array) -> Array:
-        return self._weighed(self.multiply(self.precondition(self._weighed(x, -1))))
+        return self._weighed(self.precondition(self.multiply(self._weighed(x, -1))))
 
     def _preconditioned_nearby(self, x: Array) -> Array:
-        return self._weighed(self.nearby(self.precondition(self._weighed(x, -1))))
+        return self._weighed(self.precondition(self.nearby(self._weighed(x, -1))))
 
     def _iterate(self, apply: Callable[[Array], Array], right: Array, tolerance: float = TOLERANCE) -> Solved:
         solved = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
@@ -186,7 +210,7 @@ class IterativeJacobian(Jacobian):
         return solved
 
     def sign(self) -> int:
-        """Sign of the determinant: that of P, turned for each negative eigenvalue of ``J P^-1``.
+        """Sign of the determinant: that of P, turned for each negative eigenvalue of ``P^-1 J``.
 
         Most eigenvalues are close to 1; the others are Ritz values once the solution is found. The right-hand side has
         a part along every eigenvector, which that of a Newton step need not have. With an approximation of J the sign
@@ -200,16 +224,18 @@ class IterativeJacobian(Jacobian):
         sign = self.preconditioner_sign
         if not self.has_nearby:
             return sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
-        x, near = self._found_nearby(right, _APPROXIMATE)
-        if near.residual > _APPROXIMATE:  # what is not solved is no linear map, and has no eigenvalues; P may be new
-            return self.preconditioner_sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
-        left = np.linalg.norm(right - self._weighed(self.multiply(x)))
+        rest = self.precondition(right)
+        x, near = self._found_nearby(rest, _APPROXIMATE)
+        if near.residual > _APPROXIMATE:  # what is not solved is no linear map, and has no eigenvalues
+            return sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
+        left = self._sizes(self.precondition(right - self.multiply(x)))
         self.products += 1
-        if left <= _SIGN_TOLERANCE * np.linalg.norm(right):
+        if left <= _SIGN_TOLERANCE * self._sizes(rest):
             return sign * _turned(near)
 
         def apart(x: Array) -> Array:
-            return self._weighed(self.multiply(self._approximate(self._weighed(x, -1))))
+            rest = self.precondition(self.multiply(self._weighed(x, -1)))
+            return self._weighed(self._found_nearby(rest, _APPROXIMATE)[0])
 
         return sign * _turned(near) * _turned(self._iterate(apart, right, _SIGN_TOLERANCE))
 
@@ -245,6 +271,7 @@ class BorderedIterative(Bordered, IterativeJacobian):
         anew = self._inner.took(products, tolerance)
         if anew:
             self.__dict__.pop("_eliminated", None)
+            self.__dict__.pop("_weight", None)
         return anew
 
     @cached_property
@@ -255,13 +282,13 @@ class BorderedIterative(Bordered, IterativeJacobian):
 
     @cached_property
     def _weight(self) -> float:
-        """Size of the column's terms for a one in the last equation, whose units differ from those of the others."""
-        weight = float(np.linalg.norm(self._column)) / (abs(self._eliminated[1]) or np.inf)
+        """How far the last unknown moves the others, whose units differ from its own."""
+        weight = float(np.linalg.norm(self._eliminated[0]))
         return weight if 0.0 < weight < np.inf else 1.0
 
-    def _weighed(self, right: Array, power: int = 1) -> Array:
-        """With the last equation in units of the others."""
-        out = right.copy()
+    def _weighed(self, x: Array, power: int = 1) -> Array:
+        """With the last unknown in units of the others."""
+        out = x.copy()
         out[-1] *= self._weight**power
         return out
 
