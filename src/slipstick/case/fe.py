@@ -449,8 +449,8 @@ def reaching(raw: RawTable) -> Any:
     """
     structure, response = raw["structure"], raw.get("response")
     if isinstance(structure, Mapping):
-        # in a file these keys are as unknown as "joint" is there
-        structure = {key.strip("[]") if key in (JOINTS, BOLTS) else key: value for key, value in structure.items()}
+        if {JOINTS, BOLTS} & set(structure):  # in a file these keys are as unknown as "joint" is there
+            structure = {key.strip("[]") if key in (JOINTS, BOLTS) else key: value for key, value in structure.items()}
         if structure.get("kind") == "fe" and raw.get("joint"):
             structure = {**structure, JOINTS: raw["joint"]}
         if structure.get("kind") == "fe" and (sections := of_sections(raw.get("bolt"))):
