@@ -10,6 +10,7 @@ from helpers.command import slipstick
 
 import slipstick as ss
 from slipstick.case.script import python_script
+from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import load_model, save_model
@@ -82,7 +83,7 @@ def read(folder: Path, *pairs: tuple[str, str], material: ss.Material = STEEL) -
 
 
 def faults(folder: Path, *pairs: tuple[str, str], material: ss.Material = STEEL) -> tuple[str, ...]:
-    with pytest.raises(ss.InputError) as caught:
+    with pytest.raises(InputError) as caught:
         read(folder, *pairs, material=material).problem()
     return caught.value.sentences
 
@@ -211,6 +212,32 @@ temperature = "hot"
 from = 1.0
 to = 2.0
 """
-    with pytest.raises(ss.InputError) as caught:
+    with pytest.raises(InputError) as caught:
         ss.Case.from_text(case).problem()
     assert "the structure has no temperature 'hot'" in str(caught.value)
+
+
+def test_speed_is_a_load_step_of_a_case(tmp_path):
+    model_file(tmp_path)
+    spun = text().replace('name = "push"\ndisplacement = { jaw = 2e-5 }', 'name = "spin"\nspeed = "60000 rpm"')
+    spun = spun.replace('temperature = "hot"', "temperature = {}").replace(
+        "displacement = { jaw = { x0 = [1, 0, 0] } }", "centrifugal = { direction = [0, 0, 1] }"
+    )
+    case = ss.Case.from_text(spun, tmp_path / "case.toml")
+    speed = 60000 * 3.141592653589793 / 30
+    free = 7800.0 * speed**2 / E * L**3 / 3
+    pressed = (free - GAP) / (L / (E * AREA) + 1 / KN)
+    assert pressed > 1e5
+    assert case.preloaded.dataset.normal_force.values[-1, 0] == pytest.approx(pressed, rel=1e-3)
+    (tmp_path / "case.toml").write_text(spun, encoding="utf-8")
+    (tmp_path / "case.py").write_text(python_script(spun, "case.toml", tmp_path), encoding="utf-8")
+    made = runpy.run_path(str(tmp_path / "case.py"))["problem"]()
+    assert made.contacts[0].contact.gap == case.problem().contacts[0].contact.gap
+    assert [load.cos for load in made.loads] == pytest.approx([load.cos for load in case.problem().loads])
+    shown = slipstick("check", tmp_path / "case.toml")
+    assert "spin: speed 6283.19 rad/s" in shown.output
+    wrong = spun.replace("centrifugal = { direction = [0, 0, 1] }", "")
+    with pytest.raises(InputError, match=r"\[\[preload\]\] 'spin' speed: the structure has no centrifugal forces"):
+        ss.Case.from_text(wrong, tmp_path / "case.toml")
+    with pytest.raises(InputError, match=r"speed: found .fast."):
+        ss.Case.from_text(spun.replace("60000 rpm", "fast"), tmp_path / "case.toml")

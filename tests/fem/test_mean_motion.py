@@ -38,6 +38,14 @@ def test_the_mean_of_a_plane_field_is_its_value_at_the_middle(kind):
     assert model.dof_positions(["x1 y"])[0] == pytest.approx(middle, rel=1e-12)
 
 
+def test_the_mean_of_a_curved_field_is_that_over_the_area():
+    model = bar("hex20")
+    u = field(model, lambda p: np.stack([p[:, 1] ** 2, p[:, 1] * p[:, 2], p[:, 2] ** 2], axis=1))
+    w, h = SIZE[1:]
+    wanted = [w**2 / 3.0, w * h / 4.0, h**2 / 3.0]
+    assert model.directions(["x1 x", "x1 y", "x1 z"]).T @ u == pytest.approx(wanted, rel=1e-12)
+
+
 def test_a_node_set_counts_evenly_and_the_held_nodes_in_it_stand():
     model = bar()
     inside = np.flatnonzero(model.mesh.nodes[:, 1] == 0.0)

@@ -16,7 +16,7 @@ from pydantic import Field, PlainValidator
 from slipstick.case.joint import JOINTS, Joints, build_joints, joint_call, joint_variable
 from slipstick.case.preload import BOLTS, Bolts, bolts_call, cut_bolts, of_sections
 from slipstick.case.response import ResponseTable, frequencies_met
-from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
+from slipstick.case.rotor import ROTATION, AxisTable, RotationTable, rotation_faults, rotation_script, turning
 from slipstick.case.script_text import Call, Code, here, literal
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 MOST_CONTACTS = 20_000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 _REDUCED = (
-    "surface", "contacts", "radius", "pressure", "base", "temperature", "initial_temperature", "displacement", "films",
-    "cold", "keep", "modes", "accuracy", "loss_factor", "damping_ratio", "force", "residuals", "stress", "stress_at",
-    "up_to",
+    "surface", "contacts", "radius", "pressure", "base", "temperature", "initial_temperature", "displacement",
+    "centrifugal", "films", "cold", "keep", "modes", "accuracy", "loss_factor", "damping_ratio", "force", "residuals",
+    "stress", "stress_at", "up_to",
 )  # fmt: skip
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
@@ -286,6 +286,9 @@ class FeTable(StressTable):
     initial_temperature: TemperatureField | None = Field(default=None, description=_FIELD)
     at_temperature: TemperatureField | None = Field(default=None, description=_FIELD)
     displacement: Moved = Field(default={}, description=_MOVED)
+    centrifugal: AxisTable | None = Field(
+        default=None, description="an axis of rotation such as { point = [0, 0, 0], direction = [0, 0, 1] }"
+    )
     films: Films = Field(default={}, description="a table of surface = convection coefficient")
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
     rotation: RotationTable | None = Field(default=None, description=ROTATION)

@@ -11,7 +11,17 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.load import LoadTable
 from slipstick.case.script_text import Call, Code
-from slipstick.case.table import NotNegative, Positive, RawTable, Table, cosines, is_number, right_tables, unexpected
+from slipstick.case.table import (
+    NotNegative,
+    Positive,
+    RawTable,
+    Table,
+    cosines,
+    is_number,
+    positive_frequency,
+    right_tables,
+    unexpected,
+)
 from slipstick.case.validation import ReadTable, read_table
 from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickWarning
 
@@ -141,6 +151,10 @@ def _temperature(value: Any) -> str | dict[str, float]:
     return {str(name): float(number) for name, number in value.items()}
 
 
+def _speed(value: Any) -> float:
+    return 0.0 if is_number(value) and value == 0 else positive_frequency(value)
+
+
 class StepTable(Table):
     """``[[preload]]``."""
 
@@ -158,12 +172,15 @@ class StepTable(Table):
         default=None, description=_FIELD
     )
     displacement: Annotated[dict[str, float], _by_name(_SUPPORTS)] = Field(default={}, description=_SUPPORTS)
+    speed: Annotated[float | None, PlainValidator(_speed)] = Field(
+        default=None, description='a speed of rotation >= 0 such as "3000 rpm"'
+    )
     increments: Annotated[int, Field(ge=1)] = Field(default=10, description="a whole number >= 1 of increments")
 
     @property
     def call(self) -> Call:
         """The step."""
-        named = self.given("name", "bolts", "shortening", "temperature", "displacement", "increments")
+        named = self.given("name", "bolts", "shortening", "temperature", "displacement", "speed", "increments")
         loads = [load.call for load in self.loads]
         return Call("ss.LoadStep", named={**named, **({"loads": loads} if loads else {})})
 
@@ -234,11 +251,12 @@ class LoadSteps:
                 yield fault
 
     def fields(self) -> Iterator[str]:
-        """Temperatures, and supports that move, a line for each step that has some."""
+        """Temperatures, speeds, and supports that move, a line for each step that has some."""
         for number, step in enumerate(self.steps, 1):
             heat = step.temperature or ({} if step.temperature is None else {"none": 1.0})
             words = [f"temperature {name}{'' if size == 1.0 else f' times {size:g}'}" for name, size in heat.items()]
             words += [f"support {name} moved to {size:g}" for name, size in step.displacement.items()]
+            words += [] if step.speed is None else [f"speed {step.speed:g} rad/s"]
             if words:
                 yield f"  {step.name or f'step {number}'}: {', '.join(words)}"
 

@@ -27,6 +27,17 @@ def pressure_load(mesh: Mesh, surface: Surface, pressure: float = 1.0) -> Array:
     return -pressure * load.ravel()
 
 
+def shape_integrals(mesh: Mesh, surface: Surface) -> Array:
+    """``int N_i dS`` of each node, (n_nodes,): with a field at the nodes the integral of that field.
+
+    Those of corners of 8-node faces are negative; ``area_weights`` are not.
+    """
+    integrals = np.zeros(mesh.n_nodes)
+    for faces, values, weights, _ in face_geometry(mesh, surface):
+        np.add.at(integrals, faces, weights @ values)
+    return integrals
+
+
 def film_matrix(mesh: Mesh, surface: Surface, coefficient: float) -> csr_array:
     """Convection matrix ``h int N_i N_j dS``, (n_nodes, n_nodes), W/K for h in W/(m2 K).
 

@@ -29,7 +29,7 @@ from slipstick.fem.equations import (
 )
 from slipstick.fem.interfaces import PretensionSection, SurfacePair
 from slipstick.fem.load_steps import LoadStep
-from slipstick.fem.loads import area_weights
+from slipstick.fem.loads import shape_integrals
 from slipstick.fem.materials import Material, Materials
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.fem.refine import linear_warnings
@@ -216,8 +216,8 @@ class FiniteElementModel:
         """Columns (n, len(dofs)), each a unit force on its dof; ``columns.T @ q`` is the motion of the dofs.
 
         Dependent ones have the columns of what they depend on. "HEAD z" is the mean motion of the surface or node set
-        HEAD along z: nodes count by their share of the area of a surface, evenly in a node set. A force on it is
-        spread by the same shares.
+        HEAD along z: over the area of a surface, or of the nodes of a set. A force on it is spread alike, over a surface
+        as a uniform traction.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class FiniteElementModel:
         if axis not in COMPONENTS[:3] or dof in self._rows:
             return None
         if self.mesh is not None and name in self.mesh.surfaces:
-            shares = area_weights(self.mesh, self.mesh.surfaces[name])
+            shares = shape_integrals(self.mesh, self.mesh.surfaces[name])
             nodes = np.flatnonzero(shares)
             return _Mean(self.mesh.labels[nodes], shares[nodes] / shares.sum(), COMPONENTS.index(axis))
         labels = np.unique(self.node_sets.get(name, ()))

@@ -26,7 +26,9 @@ from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.fem.model import FiniteElementModel
 from slipstick.fem.moved_supports import MovedSupports
+from slipstick.fem.rotation import centrifugal_forces
 from slipstick.fem.strains import chosen_elements, strain_matrix
+from slipstick.structure.protocol import CENTRIFUGAL
 from slipstick.structure.reduction.reduce import SkinRows, StrainRows
 from slipstick.typing import Array, Reals
 
@@ -136,6 +138,7 @@ def retain(
     pairs: Sequence[WeightedPoints] = (),
     temperature: TemperatureFields | None = None,
     displacement: MovedSupports | None = None,
+    centrifugal: Axis | None = None,
     solve: LinearSolver = default_solver,
 ) -> Retained:
     """Retained dofs of a constrained model: the motion of contact points, then that of named dofs.
@@ -164,6 +167,8 @@ def retain(
         Temperature fields: load shapes "temperature NAME".
     displacement
         Supports that move: load shapes "displacement NAME".
+    centrifugal
+        Axis of rotation: load shape "centrifugal".
 
     Raises
     ------
@@ -199,6 +204,7 @@ def retain(
         loads=loads
         | ({} if temperature is None else temperature.loads(model))
         | ({} if displacement is None else dict(displacement.forces))
+        | ({} if centrifugal is None else {CENTRIFUGAL: centrifugal_forces(model, centrifugal)})
         | {f"base {axis}": np.asarray(model.M @ model.translation(axis)) for axis in base},
         sides=sides,
         surface=on,

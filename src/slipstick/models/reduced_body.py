@@ -24,6 +24,7 @@ from slipstick.faults import (
     whole,
     wrong,
 )
+from slipstick.fem.axis import Axis
 from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.expansion import TemperatureFields
 from slipstick.fem.mesh import Surface
@@ -114,6 +115,7 @@ def reduced_body(
     temperature: Mapping[str, Temperature] | None = None,
     initial_temperature: Temperature | None = None,
     displacement: Mapping[str, str | Mapping[str, Any]] | None = None,
+    centrifugal: Axis | Mapping[str, Any] | None = None,
     films: Mapping[str, float] | None = None,
     cold: str | None = None,
     keep: Sequence[str] = (),
@@ -159,6 +161,9 @@ def reduced_body(
         ``ss.LoadStep(displacement={NAME: 1e-4})``. Each is what moves for a unit displacement: node sets or surfaces
         with a direction, ``{"jaw": {"x1": [1, 0, 0]}}``, or held dofs, ``{"jaw": {"n12x": 1.0}}``; or the name of one
         of ``model.load_steps`` that prescribes displacements, times a factor. Motions are then absolute.
+    centrifugal
+        Axis of rotation, ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``: load shape "centrifugal", the forces of
+        rotation, for ``ss.LoadStep(speed="3000 rpm")``. The stiffness is that of the model: of ``at_speed`` with it.
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
@@ -223,6 +228,7 @@ def reduced_body(
     if initial_temperature is not None and not wanted:
         remedy = 'give the fields that act too: temperature={"hot": 120.0}'
         gathering.faults.append(Fault("initial_temperature", "is given without temperature", remedy=remedy))
+    axis = gathering.optional(_axis, "centrifugal", centrifugal)
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     gathering.take(residuals_kind, residuals)
@@ -234,7 +240,7 @@ def reduced_body(
     strains = None if elements is None else _strains(model, elements, stress_at, heat, moved)
     joints = options.pop("pairs")
     facing = [joint.facing for joint in joints]
-    body = retain(model, **options, pairs=facing, temperature=heat, displacement=moved)
+    body = retain(model, **options, pairs=facing, temperature=heat, displacement=moved, centrifugal=axis)
     within: dict[str, Any] = {} if accuracy is None else {"accuracy": accuracy, "frequency_range": (0.0, highest)}
     reduction = reduce_model(
         model.K,
@@ -282,6 +288,13 @@ _CORIOLIS = (
     "; for these make an ss.MatrixStructure of its matrices and reduce it with ss.models.craig_bampton (in a case file "
     'kind = "matrices" with keep and modes)'
 )
+
+
+def _axis(name: str, axis: object) -> Axis:
+    try:
+        return Axis.of(axis)
+    except InputError as error:
+        raise InputError([replace(fault, where=(name, *fault.where[1:])) for fault in error.faults]) from None
 
 
 def _films(gathering: Gathering, films: object) -> dict[str, float]:

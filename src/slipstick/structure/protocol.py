@@ -41,6 +41,9 @@ class TimeEquations:
 TEMPERATURE, DISPLACEMENT = "temperature", "displacement"
 """Load shapes of temperature fields and of supports that move are called by these words, before their own names."""
 
+CENTRIFUGAL = "centrifugal"
+"""Load shape of the forces of rotation at one radian per time."""
+
 
 class Around(NamedTuple):
     """Cyclic symmetry of a structure on a disc."""

@@ -13,8 +13,9 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
 from slipstick.contact.names import standing_for
 from slipstick.errors import Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, number, several, suggestion, table, text, whole
-from slipstick.structure.protocol import DISPLACEMENT, TEMPERATURE, Structure
+from slipstick.faults import SMALLEST, Gathering, in_radians, number, several, suggestion, table, text, whole
+from slipstick.structure.protocol import CENTRIFUGAL, DISPLACEMENT, TEMPERATURE, Structure
+from slipstick.typing import Frequency
 
 INCREMENTS = 10
 """Equal parts of a step where no number is given."""
@@ -82,6 +83,9 @@ class LoadStep:
     displacement
         Motion of supports by name, length (``displacement`` of :func:`slipstick.reduced_body`), counted from the
         beginning. A support stays until a later step moves it.
+    speed
+        Of rotation, rad/s or "3000 rpm": centrifugal forces (``centrifugal`` of :func:`slipstick.reduced_body`), which
+        stay until a later step gives another speed.
     increments
         Number of equal increments; they are cut where the iteration does not converge.
 
@@ -103,6 +107,7 @@ class LoadStep:
     shortening: Mapping[str, float]
     temperature: Mapping[str, float] | None
     displacement: Mapping[str, float]
+    speed: float | None
     increments: int
 
     def __init__(
@@ -114,6 +119,7 @@ class LoadStep:
         shortening: Mapping[str, float] | None = None,
         temperature: str | Mapping[str, float] | None = None,
         displacement: Mapping[str, float] | None = None,
+        speed: Frequency | None = None,
         increments: int = INCREMENTS,
     ) -> None:
         gathering = Gathering()
@@ -137,6 +143,7 @@ class LoadStep:
             values[TEMPERATURE] = None
         for bolt in values["bolts"].keys() & values["shortening"].keys():
             gathering.faults.append(Fault(("shortening", bolt), "is given together with its force", remedy="keep one"))
+        values["speed"] = gathering.optional(_speed, "speed", speed)
         values["increments"] = gathering.take(whole, "increments", increments, 1, _MOST_INCREMENTS)
         gathering.end(*(("load step", name) if isinstance(name, str) and name else ()))
         for key, value in values.items():
@@ -145,15 +152,16 @@ class LoadStep:
     @property
     def empty(self) -> bool:
         """Whether nothing changes in it."""
-        return not (self.loads or self.bolts or self.shortening or self.displacement) and self.temperature is None
+        fields = self.temperature is not None or self.speed is not None
+        return not (self.loads or self.bolts or self.shortening or self.displacement or fields)
 
     def fields(self, structure: Structure) -> list[Load]:
-        """Loads of its temperature and of the supports that move.
+        """Loads of its temperature, its speed and of the supports that move.
 
         Raises
         ------
         InputError
-            For temperature fields and supports that the structure does not have.
+            For temperature fields, supports and centrifugal forces that the structure does not have.
         """
         gathering, loads = Gathering(), list[Load]()
         for kind, values in ((TEMPERATURE, self.temperature), (DISPLACEMENT, self.displacement)):
@@ -170,8 +178,17 @@ class LoadStep:
                     for name, value in given.items()
                     if value is not None
                 ]
+        if self.speed is not None:
+            if CENTRIFUGAL not in structure.load_shapes:
+                remedy = 'give ss.reduced_body centrifugal={"direction": (0, 0, 1)}'
+                gathering.faults.append(Fault("speed", "the structure has no centrifugal forces", remedy=remedy))
+            loads.append(Load(shape=CENTRIFUGAL, harmonic=0, cos=self.speed**2))
         gathering.end()
         return loads
+
+
+def _speed(name: str, value: Any) -> float:
+    return number(name, in_radians(name, value), 'a speed >= 0 in rad/s, or a text such as "3000 rpm"', above=0.0)
 
 
 _BY_NAME: Mapping[str, tuple[str, str, float]] = {
