@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from helpers.joint import SIZE, shaken_joint
 
 import slipstick as ss
 from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.fem.mesh import together
+from slipstick.fem.model import elastic_model
 from slipstick.report.content import content_of
 from slipstick.report.writing import write_report
 from slipstick.results.interface import QUANTITIES, STATES, interfaces_of
@@ -87,3 +91,33 @@ def test_the_page_and_paraview_have_the_same(tmp_path: Path) -> None:
     assert 'id="interface"' in write_report(made, tmp_path / "page.html").read_text()
     text = made.save_shape(tmp_path / "shape.xdmf", 1, frames=2).read_text()
     assert text.count('Name="pressure"') == text.count('Name="dissipated_energy"') == 2
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+def test_bolts_stand_on_the_map_as_rings() -> None:
+    size, at = (0.06, 0.03, 0.004), (0.0, 0.0, 0.004)
+    mesh = together({"low": box(size, (4, 2, 1)), "high": box(size, (3, 2, 1), at=at)})
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    x, y, z = mesh.nodes.T
+    here = np.hypot(x - 0.03, y - 0.015) < 0.011
+    washers = {"head": np.flatnonzero(here & (z > 0.0079)), "nut": np.flatnonzero(here & (z < 1e-6))}
+    model = elastic_model(replace(mesh, node_sets={**mesh.node_sets, **washers}), steel, ["low.x0", "high.x1"])
+    law = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, normal_load=1e5)
+    joint = ss.surface_pair(model, "low.z1", "high.z0", contact=law, points=8)
+    bolts = [
+        ss.bolt(name="bolt", elongation={"head z": 1.0, "nut z": -1.0}, stiffness=1e7),
+        ss.bolt(name="anchor", elongation={"head z": 1.0}, stiffness=1e7),
+    ]
+    body = ss.reduced_body(model, pairs=joint, keep=["head z", "nut z"], modes=8, loss_factor=0.01)
+    problem = ss.Problem(
+        body.structure, contacts=[*joint, *bolts], loads=ss.Load(dof="head z", cos=1.0), harmonics=3, outputs="head z"
+    )
+    made = ss.steady_response(problem, omega=500.0)
+    (found,) = interfaces_of(made)
+    numbers, places = found.bolts
+    assert [str(made.dataset.contact.values[k]) for k in numbers] == ["bolt"]
+    middle = np.mean([mesh.nodes[nodes, :2].mean(axis=0) for nodes in washers.values()], axis=0)
+    assert places[:, 0] == pytest.approx(middle)
+    (drawn,) = content_of(made)["interfaces"]
+    assert [ring["name"] for ring in drawn["bolts"]] == ["bolt"]
+    assert "bolt" in [rings.get_label() for rings in made.plot.interface(0)[0].collections]

@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.faults import one, shown, text
 from slipstick.plots.points import point_number, point_titled
 from slipstick.plots.quantities import dataset_of, units_of, with_unit
-from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, new_figure, styled
+from slipstick.plots.style import COLOURS, GREY, label_colour_bar, legend, new_figure, show_lengths, styled
 from slipstick.results.interface import QUANTITIES, STATES, Interface, interfaces_of
 from slipstick.results.solutions import Solutions
 from slipstick.typing import Array
@@ -38,7 +38,7 @@ def interface(branch: Solutions, point: int, name: str | None = None) -> tuple[A
     -------
     tuple of Axes
         One for each quantity that the results have: contacts as points, their areas as sizes of the symbols
-        (``axes.collections[0]``; one for each state).
+        (``axes.collections[0]``; one for each state), bolts as rings.
 
     Raises
     ------
@@ -54,7 +54,9 @@ def interface(branch: Solutions, point: int, name: str | None = None) -> tuple[A
     rows = 2 if wide >= tall else 1
     columns = -(-len(shares) // rows)
     figure = new_figure(min(4.6 * columns, 12.0), float(np.clip(4.0 * tall / wide, 1.6, 5.0)) * rows + 0.8)
-    figure.set_layout_engine("compressed")  # axes of equal scale leave room that colour bars would stand in
+    figure.set_layout_engine(
+        "compressed", wspace=0.08
+    )  # axes of equal scale leave room that colour bars would stand in
     axes = figure.subplots(rows, columns, squeeze=False)
     size = _LARGEST * joint.areas / joint.areas.max()
     for ax, (key, values) in zip(axes.flat, shares.items(), strict=False):
@@ -88,6 +90,7 @@ def _draw(ax: Axes, joint: Interface, key: str, values: Array, size: Array, data
     air = 0.07 * float(np.ptp(joint.flat, axis=1).max())
     for axis, places in zip("xy", joint.flat, strict=True):
         ax.set(**{f"{axis}lim": (places.min() - air, places.max() + air)})
+    show_lengths(ax.xaxis, ax.yaxis, largest=float(np.abs(joint.flat).max()))
     if key == "state":
         colours = (GREY, COLOURS[0], COLOURS[1], COLOURS[2], "white")
         for number, (word, colour) in enumerate(zip(STATES, colours, strict=True)):
@@ -102,6 +105,7 @@ def _draw(ax: Axes, joint: Interface, key: str, values: Array, size: Array, data
                     linewidths=0.4,
                     label=word,
                 )
+        _rings(ax, joint)
         legend(ax)
         return
     top = float(np.nanmax(values, initial=0.0)) or 1.0
@@ -109,6 +113,15 @@ def _draw(ax: Axes, joint: Interface, key: str, values: Array, size: Array, data
         joint.flat[0], joint.flat[1], s=size, c=np.nan_to_num(values), vmin=0.0, vmax=top, cmap="viridis",
         edgecolors="0.3", linewidths=0.3,
     )  # fmt: skip
+    _rings(ax, joint)
     label_colour_bar(
         ax.figure.colorbar(drawn, ax=ax, shrink=0.9, aspect=12, fraction=0.08), "" if unit == "1" else unit
     )
+
+
+def _rings(ax: Axes, joint: Interface) -> None:
+    """Bolts that stand on the map."""
+    numbers, (x, y) = joint.bolts
+    if len(numbers):
+        rings = ax.scatter(x, y, s=2.2 * _LARGEST, facecolors="none", edgecolors="0.1", linewidths=1.2, label="bolt")
+        rings.set_linestyle("--")

@@ -381,6 +381,10 @@ def interfaces_content(branch: Solutions) -> list[dict[str, Any]]:
             "x": packed(joint.flat[:1, kept], "f8"), "y": packed(joint.flat[1:, kept], "f8"),
             "area": packed(joint.areas[None, kept], "f8"), "after": units.after("length"),
             "area_after": units.after("length^2"), "less": less, "of": of,
+            "bolts": [
+                {"name": names[c], "x": x, "y": y}
+                for c, x, y in zip(joint.bolts[0], *joint.bolts[1].tolist(), strict=True)
+            ],
         })  # fmt: skip
     return out
 

@@ -151,6 +151,27 @@ def contact_places(problem: Problem) -> Array:
     return np.asarray(mean)
 
 
+def bolt_places(problem: Problem) -> Array:
+    """Middle of each bolt, (n_elements, 3): between what it pulls at, as far as the places of its dofs are known.
+
+    Bolts are contacts without sliding directions and without area, whose elongation has two ends; nan for others.
+    """
+    structure: Any = problem.structure
+    known, out, at = structure.skin.places, np.full((len(problem.elements), 3), np.nan), 0
+    for pair in problem.contacts:
+        bolted = pair.area is None and set(pair.given) == {"normal"} and known is not None
+        for k in range(len(pair) if bolted else 0):
+            cosines = pair.direction("normal", k) or {}
+            ends = [
+                [(structure.dofs.index(dof), abs(c)) for dof, c in cosines.items() if sign * c > 0] for sign in (1, -1)
+            ]
+            if all(ends):
+                means = [np.average(known[[d for d, _ in end]], axis=0, weights=[c for _, c in end]) for end in ends]
+                out[at + k] = np.mean(means, axis=0)
+        at += len(pair)
+    return out
+
+
 def contact_nodes(problem: Problem) -> IntArray:
     """Nearest node of the surface mesh to each contact (n_elements,); -1 where none is close."""
     from scipy.spatial import KDTree

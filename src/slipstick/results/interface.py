@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.results.deflection import contact_places
+from slipstick.results.deflection import bolt_places, contact_places
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
@@ -45,6 +45,8 @@ class Interface:
         Names of these.
     areas
         Areas, (n,).
+    bolts
+        Numbers of the bolts that stand on the map, (n_bolts,), and their two coordinates, (2, n_bolts).
     """
 
     name: str
@@ -52,6 +54,7 @@ class Interface:
     flat: Array
     axes: tuple[str, str]
     areas: Array
+    bolts: tuple[IntArray, Array]
 
     def values(self, data: ResultTable, quantity: str) -> Array | None:
         """One of ``QUANTITIES`` at every point, (n_points, n); None where the results have none."""
@@ -92,17 +95,23 @@ def interfaces_of(branch: Solutions) -> list[Interface]:
         if pair.area is not None:
             stem, _, last = pair.name.rpartition(" ")
             of.setdefault(stem if last.isdigit() else pair.name, []).extend(numbers)
-    places = contact_places(problem) if of else np.empty((0, 3))
+    if not of:
+        return []
+    places, bolts = contact_places(problem), bolt_places(problem)
+    held = np.flatnonzero(np.isfinite(bolts).all(axis=1))
     found = []
     for name, among in of.items():
         kept = np.array([k for k in among if np.isfinite(places[k]).all()], dtype=int)
         if kept.size:
             along = _normal(places[kept])
             plane = [axis for axis in range(3) if axis != along]
+            flat, standing = places[kept][:, plane].T, bolts[held][:, plane].T
+            inside = (standing >= flat.min(axis=1)[:, None]) & (standing <= flat.max(axis=1)[:, None])
+            on = inside.all(axis=0)
             found.append(
                 Interface(
-                    name=name, contacts=kept, flat=places[kept][:, plane].T, axes=("xyz"[plane[0]], "xyz"[plane[1]]),
-                    areas=np.array(areas)[kept],
+                    name=name, contacts=kept, flat=flat, axes=("xyz"[plane[0]], "xyz"[plane[1]]),
+                    areas=np.array(areas)[kept], bolts=(held[on], standing[:, on]),
                 )
             )  # fmt: skip
     return found

@@ -1,6 +1,6 @@
 // The contacts between two surfaces at the point under the cursor: a flat map, points coloured, their areas as sizes.
 
-const MAP = { width: 900, tallest: 420, edge: 26, largest: 15 };
+const MAP = { width: 900, tallest: 420, edge: 26, largest: 15, bolt: 20 };
 const OVER_PERIOD = [["text-faint", "no state"], ["stick", "sticks"], ["slip-plus", "slips"], ["slip-minus", "opens"], ["card", "open"]];
 
 class Interface {
@@ -43,13 +43,17 @@ class Interface {
     const radius = (k) => Math.max(1.5, Math.min(MAP.largest, 0.45 * closest) * Math.sqrt(area[k] / most));
     this.map.setAttribute("viewBox", `0 0 ${MAP.width} ${height.toFixed(1)}`);
     this.map.setAttribute("aria-label", `Contacts of ${joint.name} seen along ${"xyz".split("").find((axis) => !joint.axes.includes(axis))}, coloured by ${shown.label} at ${this.app.where()}`);
-    fill(this.map, ...Array.from(x, (_, k) => element("svg:circle", { cx: (left + scale * (x[k] - ends[0][0])).toFixed(1), cy: (height - MAP.edge - scale * (y[k] - ends[1][0])).toFixed(1), r: radius(k).toFixed(1),
+    const across = (at) => (left + scale * (at - ends[0][0])).toFixed(1), up = (at) => (height - MAP.edge - scale * (at - ends[1][0])).toFixed(1);
+    const choose = (name) => () => { if (result.contacts.includes(name)) this.app.set({ contact: name }); };
+    fill(this.map, ...Array.from(x, (_, k) => element("svg:circle", { cx: across(x[k]), cy: up(y[k]), r: radius(k).toFixed(1),
       class: joint.names[k] === view.contact ? "spot chosen" : "spot", fill: this.fillOf(shown, k), "data-contact": joint.names[k],
-      onclick: () => { if (result.contacts.includes(joint.names[k])) this.app.set({ contact: joint.names[k] }); } }, element("svg:title", {}, this.said(k)))));
+      onclick: choose(joint.names[k]) }, element("svg:title", {}, this.said(k)))),
+    ...joint.bolts.map((bolt) => element("svg:circle", { cx: across(bolt.x), cy: up(bolt.y), r: MAP.bolt, class: bolt.name === view.contact ? "bolt chosen" : "bolt",
+      "data-contact": bolt.name, onclick: choose(bolt.name) }, element("svg:title", {}, bolt.name))));
     const reach = (axis, [a, b]) => `${joint.axes[axis]} ${short(a, 4)} to ${short(b, 4)}${joint.after}`;
     fill(this.note, element("div", { class: "line-names" }, ...this.legend(shown),
       element("span", {}, `${reach(0, ends[0])}, to the right; ${reach(1, ends[1])}, up; ${short(area.reduce((sum, one) => sum + one, 0), 4)}${joint.area_after} in all, sizes by area`),
-      ...(joint.less ? [element("span", {}, joint.less)] : [])));
+      ...(joint.bolts.length ? [element("span", {}, "rings are bolts")] : []), ...(joint.less ? [element("span", {}, joint.less)] : [])));
   }
 
   fillOf(shown, k) {
