@@ -216,8 +216,8 @@ class FiniteElementModel:
         """Columns (n, len(dofs)), each a unit force on its dof; ``columns.T @ q`` is the motion of the dofs.
 
         Dependent ones have the columns of what they depend on. "HEAD z" is the mean motion of the surface or node set
-        HEAD along z: over the area of a surface, or of the nodes of a set. A force on it is spread alike, over a surface
-        as a uniform traction.
+        HEAD along z: over the area of a surface, or of the nodes of a set. A force on it is spread alike: over a
+        surface as a uniform traction.
 
         Raises
         ------
