@@ -27,7 +27,6 @@ from slipstick.importers.interfaces import (
     APART,
     WHOLE,
     element_positions,
-    kept_note,
     outer_faces,
     section_faces,
 )
@@ -99,7 +98,6 @@ class Contacts:
         for name, load in self._each(self._bolt_load, "BOLTFOR", "BOLTLD"):
             steps.setdefault(name, []).append(load)
         self.deck.load_steps = {name: LoadStep(procedure="static", loads=tuple(part)) for name, part in steps.items()}
-        self.deck.extra += kept_note(self.deck)
         return replace(mesh, surfaces={**mesh.surfaces, **surfaces})
 
     def _each(self, read: Callable[[Place, int, list[str]], Iterable[Made]], *names: str) -> list[Made]:

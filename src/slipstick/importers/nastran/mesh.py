@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,14 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation, supports
+from slipstick.fem.load_steps import INITIAL, LoadStep, StepLoad
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Findings, Table, Verdict, refused
+from slipstick.importers.interfaces import kept_note
 from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.bulk import MOVED, BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARDS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.interfaces import CONTACT_CARDS, Contacts
@@ -92,7 +94,9 @@ class Cards(Deck):
     """A mesh of bulk data as far as its cards were read; materials and properties by number."""
 
     property_numbers: dict[int, int] = field(default_factory=dict)
-    laws: dict[int, dict[str, float]] = field(default_factory=dict)
+    laws: dict[int, dict[str, Any]] = field(default_factory=dict)
+    kept_loads: dict[str, list[StepLoad]] = field(default_factory=dict)
+    moved: list[tuple[int, str, int, str, float]] = field(default_factory=list)
     point_elements: list[Card] = field(default_factory=list)
     contact_cards: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
@@ -132,7 +136,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     deck.held, along = _supports(data, number, path, turning)
     deck.equate([*tied, *along])
     mesh = deck.mesh = Contacts(deck, data, deck.contact_cards, text).placed(deck.build())
-    deck.elsewhere += (coupling for coupling in data.findings.couplings if coupling.where[-1] == "SPC")
+    _keep_loads(deck, data, text)
     deck.extra += [*_left_out(deck, path), *unit_notes(mesh, deck.materials)]
     deck.axes = {node: axes.T for node, axes in data.directions.items()}
     return deck
@@ -202,10 +206,64 @@ def _material(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
     if young is None or (shear is None and poisson is None):
         young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
     ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-    deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    known: dict[str, Any] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    expansion, reference = (fortran_real(word) if word else None for word in [*fields, "", ""][5:7])
+    if expansion is not None:
+        known |= {"expansion": expansion, "reference": reference or 0.0}
+    deck.laws[whole_number(fields[0])] = known
     if any(fortran_real(word) for word in fields[7:8] if word):
         what = "has structural damping (GE), which is not read; give the structure's loss_factor"
         deck.add(Verdict.APPROXIMATED, str(where[-1]), what, line)
+
+
+@MESH_CARDS.reads("TEMP TEMPD")
+def _temperature(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """TEMP: a set, then points and values; TEMPD: sets and the values of all other points."""
+    del line
+    words = [*fields, ""]
+    if where[-1] == "TEMPD":
+        for number, value in zip(words[:8:2], words[1:8:2], strict=False):
+            if number:
+                load = StepLoad(kind="temperature", where="", value=fortran_real(value))
+                deck.kept_loads.setdefault(f"TEMP {whole_number(number)}", []).insert(0, load)
+        return
+    for node, value in zip(words[1:7:2], words[2:8:2], strict=False):
+        if node:
+            load = StepLoad(kind="temperature", where=str(whole_number(node)), value=fortran_real(value))
+            deck.kept_loads.setdefault(f"TEMP {whole_number(words[0])}", []).append(load)
+
+
+@MESH_CARDS.reads("SPCD")
+def _moved(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """A set, then points, directions and values."""
+    words = [*fields, *[""] * 4]
+    for node, directions, value in (words[1:4], words[4:7]):
+        if node:
+            moved = fortran_real(value) if value else 0.0
+            deck.moved.append((line, f"{where[-1]} {whole_number(words[0])}", whole_number(node), directions, moved))
+
+
+def _keep_loads(deck: Cards, data: BulkData, text: str) -> None:
+    """Put displacements and temperatures into load steps by the name of their set."""
+    moved = [(line, f"SPC {number}", node, axes, value) for line, number, node, axes, value in data.moved]
+    for line, name, node, directions, value in [*moved, *deck.moved]:
+        if node in data.directions or not set(directions) <= set("123"):
+            deck.add(Verdict.COUPLING, name.split()[0], MOVED, line)
+            continue
+        deck.kept_loads.setdefault(name, []).extend(
+            StepLoad(kind="displacement", where=str(node), value=value, axis=int(axis)) for axis in directions
+        )
+    head = re.split(r"(?im)^\s*BEGIN\b", text, maxsplit=1)[0]
+    initial = {f"TEMP {number}" for number in re.findall(_INITIAL, head)}
+    for name, loads in deck.kept_loads.items():
+        alone = tuple(replace(load, replaces=True) for load in loads)  # sets do not add up
+        step = LoadStep(procedure="" if name in initial else "static", loads=alone)
+        deck.load_steps[INITIAL if name in initial and len(initial) == 1 else name] = step
+    deck.extra += kept_note(deck)
+
+
+_INITIAL = r"(?im)^\s*TEMP(?:ERATURE)?\s*\(\s*INIT(?:IAL)?\s*\)\s*=\s*(\d+)"
+"""The case control asks for the temperatures without stress."""
 
 
 @MESH_CARDS.reads("PARAM")
