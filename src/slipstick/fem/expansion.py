@@ -244,7 +244,8 @@ class TemperatureFields:
             at = "the reference of each material" if mesh.temperature is None else "the temperature of the model"
             yield (
                 f"Young's modulus changes with temperature, and the stiffness is one for all steps, that at {at}: "
-                f"others are those of {', '.join(others)}; ss.models.at_temperature takes the stiffness at one of them"
+                f"others are those of {', '.join(others)}; ss.models.at_temperature (at_temperature of a case file) "
+                "takes it at one of them"
             )
 
 
@@ -301,14 +302,26 @@ def at_temperature(model: ImportedModel, temperature: Temperature) -> ImportedMo
     values = temperature_field(mesh, temperature, steps=model.load_steps)
     hot = replace(mesh, temperature=values)
     change = assemble(hot, model.materials).stiffness - assemble(mesh, model.materials).stiffness
-    low, high = values[mesh.used_nodes].min(), values[mesh.used_nodes].max()
+    heated = _with_stiffness(model, hot, change)
+    symmetry = model.symmetry
+    if symmetry is None or symmetry.alone is None:
+        return heated
+    return replace(heated, symmetry=replace(symmetry, alone=_with_stiffness(symmetry.alone, hot, change)))
+
+
+def _with_stiffness(model: ImportedModel, hot: Mesh, change: csr_array) -> ImportedModel:
+    """The model with a mesh at a temperature, and what that adds to the stiffness of all nodes."""
+    K = csr_array(model.K + model.motion.T @ change @ model.motion)
+    return replace(model, K=K, mesh=hot, notes=(*model.notes, stiffness_note(hot)))
+
+
+def stiffness_note(mesh: Mesh) -> str:
+    """The temperature at which a mesh has its stiffness."""
+    assert mesh.temperature is not None
+    values = mesh.temperature[mesh.used_nodes]
+    low, high = float(values.min()), float(values.max())
     spread = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    return replace(
-        model,
-        K=csr_array(model.K + model.motion.T @ change @ model.motion),
-        mesh=hot,
-        notes=(*model.notes, f"stiffness at a temperature of {spread}; that of thermal stress is left out"),
-    )
+    return f"stiffness at a temperature of {spread}; that of thermal stress is left out"
 
 
 def meshed(model: FiniteElementModel, what: str) -> Mesh:

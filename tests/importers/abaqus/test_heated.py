@@ -99,6 +99,7 @@ def test_young_over_temperature_is_that_of_the_initial_temperatures(tmp_path):
     heat = ss.LoadStep(temperature="hot")
     assert pressed(model, temperature={"hot": "HEAT"}, steps=heat) == pytest.approx([force(90.0, 0.0, 1.7e5)], rel=1e-6)
     np.testing.assert_array_equal(model.mesh.temperature, 30.0)
+    assert any("stiffness at a temperature of 30; " in note for note in model.notes)
     with pytest.raises(ss.InputError, match="materials, EALL, young: found a temperature of 120; expected 0 to 100"):
         ss.models.at_temperature(model, "HEAT")
     hot = ss.models.at_temperature(model, 80.0)
