@@ -31,7 +31,7 @@ def problem(contact: ss.FrictionContact, model=None, **options) -> ss.Problem:
     model = bar() if model is None else model
     along = end_of(model.mesh, "x")
     options = {"temperature": {"hot": 120.0, "warm": {"all": 70.0}}, "displacement": {"jaw": {"x0": "x"}}} | options
-    body = ss.reduced_body(model, keep=[*along], modes=6, stress="all", loss_factor=0.01, **options)
+    body = ss.reduced_body(model, keep=[*along], modes=6, loss_factor=0.01, **{"stress": "all"} | options)
     direction = {"normal": along} if contact is STOP else {"tangential": along}
     end = ss.ContactPair(name="end", contact=contact, **direction)
     first = next(iter(along))
@@ -198,5 +198,13 @@ def test_springs_to_ground_stay_where_they_are():
     spring = np.zeros(model.n_dofs)
     spring[model.index(next(iter(end_of(model.mesh, "x"))))] = 1e9
     stiff = replace(model, K=csr_array(model.K + diags_array(spring)))
-    with pytest.warns(ss.SlipstickWarning, match="more than the elements of the mesh holds the body along x"):
+    with pytest.warns(
+        ss.SlipstickWarning, match="do not make all of the forces between the body and what holds it along x"
+    ):
         problem(STOP, stiff)
+
+
+def test_a_support_that_moves_at_speed_is_told():
+    turning = ss.at_speed(bar(), 10.0, axis={"point": (0, 0, 0), "direction": (0, 1, 0)})
+    with pytest.warns(ss.SlipstickWarning, match="supports move against the stiffness at rest"):
+        problem(STOP, turning, stress=None)
