@@ -119,7 +119,8 @@ def tabulated(materials: Materials) -> list[str]:
 def free_strain(mesh: Mesh, materials: Materials, field: Array, initial: Array | None = None) -> dict[str, Array]:
     """Thermal strain (n_elements, n_points) at the points of the stiffness rule, by element type.
 
-    ``field``, ``initial`` (n_nodes,) by the shape functions; None: the reference of each material. An element of mean
+    ``field``, ``initial`` (n_nodes,); None: the reference of each material. The strain of the nodes goes by the shape
+    functions, so that tables are read at temperatures of nodes alone. An element of mean
     strain has its mean at all points.
 
     Raises
@@ -135,9 +136,9 @@ def free_strain(mesh: Mesh, materials: Materials, field: Array, initial: Array |
                 continue
             element, block = blocks[kind]
             shapes, nodes = element.at_rule[0], block[rows]
-            start = None if initial is None else initial[nodes] @ shapes.T
+            start = None if initial is None else initial[nodes]
             with told_of(name):
-                found[kind][rows] = material.free_strain(field[nodes] @ shapes.T, start)
+                found[kind][rows] = material.free_strain(field[nodes], start) @ shapes.T
     for element, block in mesh.items():
         if element.mean_strain:
             _, weights = solid_gradients(mesh, element, 0, block, mean=False)
