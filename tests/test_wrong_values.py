@@ -514,7 +514,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
             "keep": (), "pairs": (), "speed": 0.0, "modes": 3, "accuracy": None, "up_to": None, "loss_factor": 0.01,
-            "damping_ratio": 0.0, "force": False, "cache": None, "listener": None,
+            "damping_ratio": 0.0, "force": False, "cache": None, "listener": None, "temperature": None,
+            "initial_temperature": None,
         },
     ),
     "ReducedSector.mistuned": (

@@ -210,6 +210,10 @@ class TemperatureFields:
                 made[name] = values
                 strain = gathering.inside((TEMPERATURE, name), free_strain, mesh, model.materials, values, start)
                 strains[name] = strain or {}
+                if strain and not any(np.any(part) for part in strain.values()):
+                    what = "has no thermal strain anywhere: it is the temperature without stress"
+                    remedy = "leave it out: a load step with temperature={} brings the body back to it"
+                    gathering.faults.append(Fault((TEMPERATURE, name), what, remedy=remedy))
         gathering.end()
         named = [given for given in fields.values() if isinstance(given, str)]
         warnings = [*curve_warnings(model.source, steps, named, TEMPERATURE)]

@@ -154,6 +154,7 @@ def test_faults_of_steps():
         ({"temperature": {"hot": {"x7": 3.0}}}, ("temperature", "hot", "x7"), "there is no node set 'x7'"),
         ({"temperature": {"hot": {"x0": 3.0}}}, ("temperature", "hot"), "40 nodes have no temperature"),
         ({"temperature": 120.0}, ("temperature",), "found 120.0"),
+        ({"temperature": {"cold": 20.0}}, ("temperature", "cold"), "has no thermal strain anywhere"),
         ({"initial_temperature": 20.0, "temperature": None}, ("initial_temperature",), "is given without temperature"),
         ({"displacement": {"jaw": {"x7": "x"}}}, ("displacement", "jaw", "x7"), "no node set or held dof 'x7'"),
         ({"displacement": {"jaw": {"x1": "x"}}}, ("displacement", "jaw"), "4 of the dofs that move are not held"),
