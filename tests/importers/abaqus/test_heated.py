@@ -182,3 +182,36 @@ def test_the_material_of_the_file_may_be_replaced(tmp_path):
     model = read_model(write(tmp_path, deck("2e5, 0., 0.\n1e5, 0., 100.")), ImportOptions(material=given), quiet=True)
     assert model.mesh.temperature is None
     assert model.materials == {"all": given}
+
+
+def test_a_case_file_names_steps_of_the_deck(tmp_path):
+    write(tmp_path, deck())
+    case = f"""
+format = 1
+harmonics = "0..1"
+[structure]
+kind = "fe"
+file = "m.inp"
+keep = {END}
+modes = 5
+temperature = {{ hot = "HEAT" }}
+displacement = {{ push = "PUSH" }}
+[[contact]]
+name = "stop"
+normal = {{ {", ".join(f"{dof} = 0.25" for dof in END)} }}
+kn = {KN}
+gap = {GAP}
+[[preload]]
+temperature = "hot"
+displacement = {{ push = 2.0 }}
+[[load]]
+dof = "{END[0]}"
+cos = 1.0
+[response]
+from = 1.0
+to = 2.0
+"""
+    (found,) = ss.Case.from_text(case, tmp_path / "case.toml").preloaded.dataset.normal_force.values[:, 0]
+    assert found == pytest.approx(force(90.0, 0.04), rel=1e-6)
+    with raises_fault("structure", "temperature", "hot", remedy="did you mean 'HEAT'?"):
+        ss.Case.from_text(case.replace('"HEAT"', '"HEATS"'), tmp_path / "case.toml").problem()
