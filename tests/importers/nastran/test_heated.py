@@ -59,3 +59,28 @@ def test_a_displacement_that_no_support_holds_is_a_fault(tmp_path):
     model = read(tmp_path, f"SPCD,9,{TIP[0]},1,.01\n")
     with pytest.raises(ss.InputError, match="1 of the dofs that move are not held"):
         ss.reduced_body(model, keep=[f"n{TIP[1]}x"], modes=3, displacement={"push": "SPCD 9"})
+
+
+MATT1 = "MATT1,3,11,,,,12\n"
+TABLES = "TABLEM1,11,,,,,,,,\n,0.,2.+5,100.,1.5+5,200.,1.+5,ENDT\nTABLEM1,12\n,0.,1.-5,200.,2.-5,ENDT\n"
+
+
+def test_tables_over_temperature(tmp_path):
+    model = read(tmp_path, HEAT + MATT1 + TABLES, "SOL 101\nCEND\nSPC = 1\nTEMP(INIT) = 7\n")
+    (solid,) = model.materials.values()
+    assert solid.tables == {
+        "young": ((0.0, 2e5), (100.0, 1.5e5), (200.0, 1e5)), "expansion": ((0.0, 1e-5), (200.0, 2e-5))
+    }  # fmt: skip
+    assert (solid.reference, solid.expansion) == (20.0, pytest.approx(1.1e-5))
+    np.testing.assert_array_equal(model.mesh.temperature, 70.0)
+    keep = [f"n{TIP[0]}x"]
+    body = ss.reduced_body(model, keep=keep, modes=3, temperature={"cold": "TEMP 6"})
+    wanted = -1.35e-5 * 50.0 * L
+    assert body.structure.shapes["temperature cold"].static_response[0] == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("card", ["MATT1,3,,,,11\n", "MATT1,3,99\n", "MATT1,3,,14\n"])
+def test_tables_that_are_not_read_are_told(tmp_path, card):
+    model = read(tmp_path, card + TABLES)
+    assert any("MATT1 lets a material depend on temperature otherwise" in warning for warning in model.warnings)
+    assert not next(iter(model.materials.values())).tables

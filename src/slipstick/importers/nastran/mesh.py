@@ -51,7 +51,6 @@ MESH_CARDS = Table(
     ("BOLTFRC BOLTSEQ", Verdict.HARMLESS, ""),
     ("SUPORT SUPORT1", Verdict.HARMLESS, ""),
     ("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
-    ("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
     ("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
     ("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
     ("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
@@ -95,6 +94,8 @@ class Cards(Deck):
 
     property_numbers: dict[int, int] = field(default_factory=dict)
     laws: dict[int, dict[str, Any]] = field(default_factory=dict)
+    by_temperature: dict[int, tuple[int, list[str]]] = field(default_factory=dict)
+    tables: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
     kept_loads: dict[str, list[StepLoad]] = field(default_factory=dict)
     moved: list[tuple[int, str, int, str, float]] = field(default_factory=list)
     point_elements: list[Card] = field(default_factory=list)
@@ -208,12 +209,50 @@ def _material(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
     ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
     known: dict[str, Any] = {"young": young, "poisson": ratio, "density": density or 0.0}
     expansion, reference = (fortran_real(word) if word else None for word in [*fields, "", ""][5:7])
-    if expansion is not None:
+    if expansion is not None or reference is not None:
         known |= {"expansion": expansion, "reference": reference or 0.0}
     deck.laws[whole_number(fields[0])] = known
     if any(fortran_real(word) for word in fields[7:8] if word):
         what = "has structural damping (GE), which is not read; give the structure's loss_factor"
         deck.add(Verdict.APPROXIMATED, str(where[-1]), what, line)
+
+
+@MESH_CARDS.reads("MATT1")
+def _by_temperature(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where
+    deck.by_temperature[whole_number(fields[0])] = line, [*fields[1:], *[""] * 6]
+
+
+@MESH_CARDS.reads("TABLEM1")
+def _table(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """A number and its axes, then pairs; a pair with SKIP is left out, and ENDT ends it."""
+    del where, line
+    if {word.upper() for word in fields[1:3]} <= {"", "LINEAR"}:
+        words = [word.upper() for word in fields[8:]]
+        words = words[: words.index("ENDT")] if "ENDT" in words else [word for word in words if word]
+        pairs = [pair for pair in zip(words[::2], words[1::2], strict=False) if "SKIP" not in pair]
+        deck.tables[whole_number(fields[0])] = [(fortran_real(at), fortran_real(value)) for at, value in pairs]
+
+
+_TABULATED = {0: "young", 2: "poisson", 4: "expansion"}
+"""Properties by their field of MATT1."""
+
+
+def _with_tables(deck: Cards, number: int, known: dict[str, Any]) -> dict[str, Any]:
+    """The properties of a material with the tables over temperature that MATT1 names; what is not read is told."""
+    line, fields = deck.by_temperature.get(number, (0, []))
+    for place, word in enumerate(fields):
+        table = deck.tables.get(whole_number(word)) if word and word.isdigit() and int(word) else None
+        if table and len(table) > 1 and place in _TABULATED:
+            known = {**known, _TABULATED[place]: table}
+        elif word and word != "0":
+            what = (
+                "lets a material depend on temperature otherwise than E, NU, A by TABLEM1: those numbers of its MAT1 "
+            )
+            deck.add(Verdict.APPROXIMATED, "MATT1", f"{what}are used", line)
+    if isinstance(known.get("expansion"), list) and "reference" not in known:
+        known = {**known, "reference": 0.0}
+    return known
 
 
 @MESH_CARDS.reads("TEMP TEMPD")
@@ -287,7 +326,8 @@ def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Faul
             faults.append(Fault(Place(path.name, f"property {group}"), lacks))
             continue
         try:
-            scaled: dict[str, Any] = {**known, "density": known["density"] * deck.mass_factor}
+            assert number is not None
+            scaled = {**_with_tables(deck, number, known), "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
             faults += [fault.inside(path.name, f"material {number}") for fault in error.faults]
