@@ -96,9 +96,12 @@ def sampled(**changes: Any) -> ss.Branch:
 
 SECTOR = ss.CyclicStructure(M=[[1.0]], K=([[3.0]], [[-1.0]]), dofs=["x"], sectors=6, loss_factor=0.1)
 WAVE = SECTOR.travelling_wave(2)
-STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
+STEEL = ss.Material(
+    young=2e11, poisson=0.3, density=7800.0, conductivity=15.0, expansion=[(0.0, 1e-5), (500.0, 2e-5)], reference=20.0
+)
 BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
+HEATED = assemble_mesh(BEAM, source="beam", material=STEEL.but(young=[(0.0, 2e11), (500.0, 1e11)]), fixed=["x0"])
 _LEAVES = {name: box((0.02, 0.02, 0.01), (2, 1, 1), "hex8", at=(0.0, y, 0.0)) for name, y in (("a", 0.0), ("b", 0.02))}
 LEAVES = elastic_model(together(_LEAVES), STEEL, ["a.x0", "b.x0"])
 PLANAR_LAW = ss.PlanarFrictionContact(kt=1e11, kn=1e12, mu=0.3, gap=0.0)
@@ -287,7 +290,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "LoadStep": (
         lambda: ss.LoadStep,
         {"name": "a", "loads": [ss.Load(dof="x", harmonic=0, cos=1.0)], "bolts": {"b": 1.0}, "shortening": {"c": 1.0},
-         "increments": 2},
+         "temperature": {"hot": 0.5}, "displacement": {"jaw": 1e-4}, "increments": 2},
     ),
     "bolt": (lambda: ss.bolt, {"name": "b", "elongation": {"x": 1.0}, "stiffness": 2.0, "preload": 1.0}),
     "preload": (
@@ -438,14 +441,23 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         },
     ),
     "Material": (
-        lambda: ss.Material, {"young": 2e11, "poisson": 0.3, "density": 7800.0, "conductivity": 15.0},
+        lambda: ss.Material,
+        {
+            "young": [(20.0, 2e11), (500.0, 1e11)], "poisson": 0.3, "density": 7800.0, "conductivity": 15.0,
+            "expansion": 1e-5, "reference": 20.0, "tables": {"poisson": [(20.0, 0.3), (500.0, 0.31)]},
+        },
+    ),
+    "models.at_temperature": (
+        lambda: ss.models.at_temperature,
+        {"model": HEATED, "temperature": {"all": 20.0, "x1": 300.0}},
     ),
     "import_model": (
         imported,
         {
             "files": ["K.mtx", "M.mtx", "dofs.txt"], "output": "model.h5", "mass": None, "damping": None,
             "dof_map": None, "nodes": None, "names": None, "constraints": None, "material": None,
-            "conductivity": None, "fixed": (), "quadratic": False, "units": "N, mm, t", "scale": None, "to": "SI",
+            "conductivity": None, "expansion": None, "reference": None, "fixed": (), "quadratic": False,
+            "units": "N, mm, t", "scale": None, "to": "SI",
         },
     ),
     "at_speed": (
@@ -465,7 +477,14 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "reduced_body with heat": (
         lambda: lambda **heat: ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3, **heat),
-        {"pressure": {"push": "y1"}, "films": {"boundary": 10.0}, "cold": "x0"},
+        {
+            "pressure": {"push": "y1"}, "films": {"boundary": 10.0}, "cold": "x0",
+            "temperature": {"hot": {"all": 20.0, "x1": 300.0}}, "initial_temperature": 30.0, "displacement": None,
+        },
+    ),
+    "reduced_body with a support": (
+        lambda: lambda **moved: ss.reduced_body(MODEL, keep=["n5x"], modes=3, **moved),
+        {"displacement": {"jaw": {"x0": [1.0, 0.0, 0.0]}}},
     ),
     "reduced_body towards": (
         lambda: lambda **surface: ss.reduced_body(MODEL, surface=surface, contacts=1, modes=3),
@@ -502,7 +521,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "tolerance": 1e-6, "surface": "tip", "contacts": 1, "radius": 0.01,
             "between": ("shroud_low", "shroud_high"), "between_contacts": 1, "pressure": {"push": "concave"},
             "keep": (), "pairs": (), "speed": 0.0, "modes": 3, "accuracy": None, "up_to": None, "loss_factor": 0.01,
-            "damping_ratio": 0.0, "force": False, "cache": None, "listener": None,
+            "damping_ratio": 0.0, "force": False, "cache": None, "listener": None, "temperature": None,
+            "initial_temperature": None,
         },
     ),
     "ReducedSector.mistuned": (

@@ -271,3 +271,14 @@ def test_faults_of_a_model_at_a_temperature():
     turning = ss.at_speed(bar(TABLE), 1e-3, axis={"point": (0, 0, 0), "direction": (0, 1, 0)})
     with raises_fault("model", remedy="take the temperature first, then ss.at_speed"):
         at_temperature(turning, 60.0)
+
+
+def test_tables_are_read_at_temperatures_of_nodes():
+    """Quadratic shape functions overshoot where a face alone is hot: beyond the table nothing is asked."""
+    mesh = box((1.0, 1.0, 1.0), (2, 1, 1), "hex20")
+    table = [(20.0, 1e-3), (120.0, 2e-3)]
+    solid = Material(young=1.0, poisson=0.3, expansion=table, reference=20.0)
+    field = temperature_field(mesh, {"all": 20.0, "x1": 120.0})
+    strain = free_strain(mesh, solid, field)["hex20"]
+    assert strain.min() < 0.0
+    assert strain.max() < 0.2

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.ring_mesh import in_sector, ring_model
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import spsolve
 
 import slipstick as ss
 from slipstick.errors import InputError
 from slipstick.fem.assembly import assemble
 from slipstick.fem.contact_points import contact_patches
+from slipstick.fem.expansion import expansion_load, temperature_field
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.mesh import Mesh
 from slipstick.models.blade import BLADE_STEEL
@@ -167,3 +170,24 @@ def test_blades_that_differ_are_those_of_the_ring_with_all_families() -> None:
     sector = ss.reduced_sector(the_model(), surface="tip", contacts=1, modes=the_sector().n_dofs)
     disc = sector.mistuned(DEVIATIONS, blade="blade")
     assert np.allclose(np.sort(disc.omega)[:24], the_mistuned_ring(), rtol=1e-9)
+
+
+@pytest.mark.parametrize("how", [{"hot": 300.0}, {"hot": {"all": 20.0, "tip": 400.0}}])
+def test_a_hot_sector_grows_as_the_ring(how: dict[str, Any]) -> None:
+    """All sectors alike: wave number 0 against the whole ring, its elements and temperatures by its own assembly."""
+    hot = BLADE_STEEL.but(expansion=1.2e-5, reference=20.0)
+    model = ss.models.bladed_sector(SHAPE, material=hot)
+    sector = ss.reduced_sector(model, surface="tip", contacts=1, temperature=how, modes=60, loss_factor=0.0)
+    ring, number = the_ring()
+    field = np.zeros(ring.mesh.n_nodes)
+    field[number] = temperature_field(model.mesh, how["hot"])
+    u = spsolve(csc_array(ring.K), ring.restrict(expansion_load(ring.mesh, hot, field)))
+    patch = contact_patches(model.mesh, model.mesh.surfaces["tip"], sector.points.positions)
+    wave = sector.structure.travelling_wave(1)
+    dofs = ["c1x", "c1y", "c1z"]
+    rows = np.array([[float(dof == name) for name in dofs] for dof in wave.dofs])
+    found = wave.project(rows, np.zeros((len(wave.dofs), 0)), ["temperature hot"]).static[:, 0]
+    for axis in range(3):
+        column = patch.directions(np.eye(3)[axis][None])[:, [0]].toarray()
+        exact = float((in_sector(ring, number, column, 0).T @ u).item())
+        assert found[axis] == pytest.approx(exact, rel=1e-6, abs=1e-6 * np.abs(found).max())

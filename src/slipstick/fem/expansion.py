@@ -119,7 +119,8 @@ def tabulated(materials: Materials) -> list[str]:
 def free_strain(mesh: Mesh, materials: Materials, field: Array, initial: Array | None = None) -> dict[str, Array]:
     """Thermal strain (n_elements, n_points) at the points of the stiffness rule, by element type.
 
-    ``field``, ``initial`` (n_nodes,) by the shape functions; None: the reference of each material. An element of mean
+    ``field``, ``initial`` (n_nodes,); None: the reference of each material. The strain of the nodes goes by the shape
+    functions, so that tables are read at temperatures of nodes alone. An element of mean
     strain has its mean at all points.
 
     Raises
@@ -135,9 +136,9 @@ def free_strain(mesh: Mesh, materials: Materials, field: Array, initial: Array |
                 continue
             element, block = blocks[kind]
             shapes, nodes = element.at_rule[0], block[rows]
-            start = None if initial is None else initial[nodes] @ shapes.T
+            start = None if initial is None else initial[nodes]
             with told_of(name):
-                found[kind][rows] = material.free_strain(field[nodes] @ shapes.T, start)
+                found[kind][rows] = material.free_strain(field[nodes], start) @ shapes.T
     for element, block in mesh.items():
         if element.mean_strain:
             _, weights = solid_gradients(mesh, element, 0, block, mean=False)
@@ -209,6 +210,10 @@ class TemperatureFields:
                 made[name] = values
                 strain = gathering.inside((TEMPERATURE, name), free_strain, mesh, model.materials, values, start)
                 strains[name] = strain or {}
+                if strain and not any(np.any(part) for part in strain.values()):
+                    what = "has no thermal strain anywhere: it is the temperature without stress"
+                    remedy = "leave it out: a load step with temperature={} brings the body back to it"
+                    gathering.faults.append(Fault((TEMPERATURE, name), what, remedy=remedy))
         gathering.end()
         named = [given for given in fields.values() if isinstance(given, str)]
         warnings = [*curve_warnings(model.source, steps, named, TEMPERATURE)]
@@ -244,7 +249,8 @@ class TemperatureFields:
             at = "the reference of each material" if mesh.temperature is None else "the temperature of the model"
             yield (
                 f"Young's modulus changes with temperature, and the stiffness is one for all steps, that at {at}: "
-                f"others are those of {', '.join(others)}; ss.models.at_temperature takes the stiffness at one of them"
+                f"others are those of {', '.join(others)}; ss.models.at_temperature (at_temperature of a case file) "
+                "takes it at one of them"
             )
 
 
@@ -301,14 +307,26 @@ def at_temperature(model: ImportedModel, temperature: Temperature) -> ImportedMo
     values = temperature_field(mesh, temperature, steps=model.load_steps)
     hot = replace(mesh, temperature=values)
     change = assemble(hot, model.materials).stiffness - assemble(mesh, model.materials).stiffness
-    low, high = values[mesh.used_nodes].min(), values[mesh.used_nodes].max()
+    heated = _with_stiffness(model, hot, change)
+    symmetry = model.symmetry
+    if symmetry is None or symmetry.alone is None:
+        return heated
+    return replace(heated, symmetry=replace(symmetry, alone=_with_stiffness(symmetry.alone, hot, change)))
+
+
+def _with_stiffness(model: ImportedModel, hot: Mesh, change: csr_array) -> ImportedModel:
+    """The model with a mesh at a temperature, and what that adds to the stiffness of all nodes."""
+    K = csr_array(model.K + model.motion.T @ change @ model.motion)
+    return replace(model, K=K, mesh=hot, notes=(*model.notes, stiffness_note(hot)))
+
+
+def stiffness_note(mesh: Mesh) -> str:
+    """The temperature at which a mesh has its stiffness."""
+    assert mesh.temperature is not None
+    values = mesh.temperature[mesh.used_nodes]
+    low, high = float(values.min()), float(values.max())
     spread = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    return replace(
-        model,
-        K=csr_array(model.K + model.motion.T @ change @ model.motion),
-        mesh=hot,
-        notes=(*model.notes, f"stiffness at a temperature of {spread}; that of thermal stress is left out"),
-    )
+    return f"stiffness at a temperature of {spread}; that of thermal stress is left out"
 
 
 def meshed(model: FiniteElementModel, what: str) -> Mesh:

@@ -117,7 +117,8 @@ class Material(Isotropic):
             ),
         }
         given = {"young": young, "poisson": poisson, "expansion": expansion}
-        known = dict(checks.take(table, ("material", "tables"), tables or {}, "tables by property") or {})
+        named = {} if tables is None else checks.take(table, ("material", "tables"), tables, "tables by property")
+        known = dict(named or {})
         for name in known.keys() - set(TABULATED):
             checks.faults.append(
                 Fault(("material", "tables", name), "changes with no temperature", remedy=suggestion(name, TABULATED))

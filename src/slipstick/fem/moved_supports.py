@@ -183,16 +183,20 @@ def _free_of_equations(model: FiniteElementModel, axis: str, name: Where) -> Non
 def _warnings(
     model: FiniteElementModel, stiffness: csr_array, held: BoolArray, motions: Mapping[str, Array]
 ) -> Iterator[str]:
-    """Whether something besides the elements of the mesh ties the body to what holds it."""
+    """Whether something besides the elements of the mesh at rest makes forces between the body and what holds it."""
+    source = model.source or "the model"
+    if model.speed:
+        yield f"{source}: supports move against the stiffness at rest, without what the speed adds at them"
+        return
     moving = np.any([motion.reshape(-1, 3).any(axis=0) for motion in motions.values()], axis=0)
-    for axis in [] if model.speed else COMPONENTS[:3]:
-        if not moving[COMPONENTS.index(axis)]:
+    for axis, component in enumerate(COMPONENTS[:3]):
+        if not moving[axis]:
             continue
-        along = held & (np.tile(np.arange(3), len(held) // 3) == COMPONENTS.index(axis))
+        along = held & (np.tile(np.arange(3), len(held) // 3) == axis)
         force = np.asarray(model.restrict(stiffness @ along.astype(float)))
-        others = force + model.K @ model.translation(axis)
+        others = force + model.K @ model.translation(component)
         if np.abs(others).max() > _BALANCED * max(np.abs(force).max(), abs(model.K).max()):
             yield (
-                f"{model.source or 'the model'}: more than the elements of the mesh holds the body along {axis}, as "
-                "springs do: it stays where it is when a support moves"
+                f"{source}: the elements of the mesh do not make all of the forces between the body and what holds it "
+                f"along {component}, as where springs do: that part stays where it is when a support moves"
             )

@@ -11,7 +11,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.fem import refine
 from slipstick.fem.elements import LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import names_dofs
-from slipstick.fem.expansion import initial_temperature, step_temperature, tabulated
+from slipstick.fem.expansion import initial_temperature, step_temperature, stiffness_note, tabulated
 from slipstick.fem.geometry import hourglass_warnings
 from slipstick.fem.load_steps import INITIAL
 from slipstick.fem.lumped import with_lumped
@@ -88,6 +88,8 @@ def assemble_mesh(
         whole.mesh, whole.units = mesh, units or deck.units
         _assemble(whole, mesh, materials)
     whole.extra = [*deck.extra, *_orphans(deck, mesh, source)]
+    if mesh.temperature is not None:
+        whole.extra.append(f"{source}: {stiffness_note(mesh)} (the initial one of the file)")
     whole.own_warnings = [
         *deck.own_warnings,
         *refine.linear_warnings(mesh, source),

@@ -77,6 +77,15 @@ def checked_options(gathering: Gathering, **given: Any) -> dict[str, Any]:
     return options
 
 
+def checked_fields(gathering: Gathering, temperature: object, initial: object) -> dict[str, Any]:
+    """Temperature fields by name; gathers faults."""
+    fields = gathering.optional(table, "temperature", temperature, "temperature fields by name") or {}
+    if initial is not None and not fields:
+        remedy = 'give the fields that act too: temperature={"hot": 120.0}'
+        gathering.faults.append(Fault("initial_temperature", "is given without temperature", remedy=remedy))
+    return fields
+
+
 def mode_faults(options: Mapping[str, Any]) -> Iterator[Fault]:
     """A number of modes that is given in two ways, or an accuracy without its range."""
     modes, accuracy, up_to = options["modes"], options["accuracy"], options["up_to"]

@@ -31,7 +31,14 @@ from slipstick.fem.mesh import Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.moved_supports import MOVED, MovedSupports
 from slipstick.fem.retained import Retained, retain, strain_rows
-from slipstick.models.reduced import ReducedModel, checked_options, damping_warnings, mode_faults, require_names
+from slipstick.models.reduced import (
+    ReducedModel,
+    checked_fields,
+    checked_options,
+    damping_warnings,
+    mode_faults,
+    require_names,
+)
 from slipstick.models.surface_pair import SurfacePair
 from slipstick.structure.reduction.reduce import StrainRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, residuals_kind
@@ -223,11 +230,8 @@ def reduced_body(
         "films": _films(gathering, films),
         "cold": gathering.optional(text, "cold", cold, "the name of a node set or surface"),
     }  # fmt: skip
-    wanted = gathering.optional(table, "temperature", temperature, "temperature fields by name") or {}
+    wanted = checked_fields(gathering, temperature, initial_temperature)
     supports = gathering.optional(table, "displacement", displacement, MOVED) or {}
-    if initial_temperature is not None and not wanted:
-        remedy = 'give the fields that act too: temperature={"hot": 120.0}'
-        gathering.faults.append(Fault("initial_temperature", "is given without temperature", remedy=remedy))
     axis = gathering.optional(_axis, "centrifugal", centrifugal)
     gathering.take(non_negative, "loss_factor", loss_factor)
     gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")

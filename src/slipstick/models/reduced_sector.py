@@ -28,12 +28,14 @@ from slipstick.fem.assembly import assemble
 from slipstick.fem.axis import Axis
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.cyclic import ON_FACE, CyclicSymmetry, Joined, Pairing, face_nodes, joined, paired
+from slipstick.fem.expansion import TemperatureFields
 from slipstick.fem.mesh import Surface, part_of, user_names
 from slipstick.fem.model import ImportedModel
 from slipstick.fem.retained import Neighbours, Retained, retain
 from slipstick.fem.rotation import sector_at_speed
 from slipstick.models.reduced import (
     ReducedModel,
+    checked_fields,
     checked_options,
     damping_warnings,
     mode_faults,
@@ -47,7 +49,7 @@ from slipstick.structure.reduction.reduce import judge_served
 from slipstick.structure.reduction.request import Accuracy
 from slipstick.structure.reduction.sector import SectorModes, reduce_phase
 from slipstick.structure.reduction.store import Store
-from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse
+from slipstick.typing import Array, ComplexArray, Frequency, IntArray, Reals, Sparse, Temperature
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -321,6 +323,8 @@ def reduced_sector(
     between: tuple[str, str] | None = None,
     between_contacts: int | Reals = 4,
     pressure: str | Mapping[str, str] | None = None,
+    temperature: Mapping[str, Temperature] | None = None,
+    initial_temperature: Temperature | None = None,
     keep: Sequence[str] = (),
     pairs: SurfacePair | Sequence[SurfacePair] = (),
     speed: Frequency = 0.0,
@@ -362,6 +366,9 @@ def reduced_sector(
         How many such points, or node labels or positions on the high surface.
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
+    temperature, initial_temperature
+        Temperature fields of a sector by name, and the one without stress, as of :func:`slipstick.reduced_body`: load
+        shapes "temperature NAME".
     keep
         Further dofs of the full model to keep, such as "n123y"; "HEAD z" is the mean motion of the surface or node set
         HEAD along z.
@@ -412,6 +419,7 @@ def reduced_sector(
         model, sectors=sectors, axis=axis, tolerance=tolerance, between=between, speed=speed, loss_factor=loss_factor,
         damping_ratio=damping_ratio, surface=surface, contacts=contacts, radius=radius, pressure=pressure, keep=keep,
         pairs=pairs, modes=modes, accuracy=accuracy, up_to=up_to, force=force, cache=cache, listener=listener,
+        temperature=temperature, initial_temperature=initial_temperature,
     )  # fmt: skip
     symmetry = _symmetry(model, options.pop("sectors"), low, high, options.pop("axis"))
     alone: ImportedModel = model if symmetry.alone is None else symmetry.alone
@@ -436,11 +444,13 @@ def reduced_sector(
             low=low_face, high=high_face, contacts=between_contacts, axis=symmetry.axis, turn=pairing.turn
         )
     joints = options.pop("pairs")
-    found = retain(alone, **options, between=sides, pairs=[joint.facing for joint in joints])
+    heat = TemperatureFields.of(alone, options.pop("temperature"), initial_temperature)
+    facing = [joint.facing for joint in joints]
+    found = retain(alone, **options, between=sides, pairs=facing, temperature=heat)
     directions, names_kept = _with_loads(found, options["pressure"])
-    warnings = [*damping_warnings(alone, "modes"), *_face_warnings(pairing)]
+    warnings = [*damping_warnings(alone, "modes"), *_face_warnings(pairing), *(() if heat is None else heat.warnings)]
     warn(warnings)
-    notes += [note for joint in joints for note in joint.notes]
+    notes += [note for joint in joints for note in joint.notes] + ([] if heat is None else [*heat.notes(alone)])
     warnings += [warning for joint in joints for warning in joint.warnings]
     phases = Phases(
         how, K, alone.M, directions, want, n_loads=len(found.loads) if found.names else 0,
@@ -469,6 +479,7 @@ def _checked(model: Any, **given: Any) -> tuple[dict[str, Any], tuple[str, ...]]
         "speed": gathering.take(_speed, given["speed"]),
         "tolerance": gathering.optional(number, "tolerance", given["tolerance"], "a length > 0", above=SMALLEST),
         **checked_options(gathering, **given),
+        "temperature": checked_fields(gathering, given["temperature"], given["initial_temperature"]),
     }
     gathering.take(number, "loss_factor", given["loss_factor"], "a number >= 0", above=0.0)
     gathering.take(number, "damping_ratio", given["damping_ratio"], "a number")
@@ -554,7 +565,8 @@ def _with_loads(found: Retained, pressure: Mapping[str, str]) -> tuple[csc_array
         raise InputError(Fault("surface", "nothing is kept", remedy=remedy))
     for name, load in found.loads.items():
         if not load.any():
-            raise InputError(Fault(("pressure", name), f"does no work: the nodes of '{pressure[name]}' are held"))
+            on = f"the nodes of '{pressure[name]}' are held" if name in pressure else "all nodes are held"
+            raise InputError(Fault(("pressure", name), f"does no work: {on}"))
     twice = {*found.loads} & {*found.names}
     if twice:
         raise InputError(Fault("pressure", f"'{min(twice)}' is the name of a dof too", remedy="choose another"))

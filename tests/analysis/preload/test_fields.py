@@ -31,7 +31,7 @@ def problem(contact: ss.FrictionContact, model=None, **options) -> ss.Problem:
     model = bar() if model is None else model
     along = end_of(model.mesh, "x")
     options = {"temperature": {"hot": 120.0, "warm": {"all": 70.0}}, "displacement": {"jaw": {"x0": "x"}}} | options
-    body = ss.reduced_body(model, keep=[*along], modes=6, stress="all", loss_factor=0.01, **options)
+    body = ss.reduced_body(model, keep=[*along], modes=6, loss_factor=0.01, **{"stress": "all"} | options)
     direction = {"normal": along} if contact is STOP else {"tangential": along}
     end = ss.ContactPair(name="end", contact=contact, **direction)
     first = next(iter(along))
@@ -64,9 +64,10 @@ def test_a_heated_bar_closes_a_gap_and_presses():
     assert state.loads == ()
 
 
-def test_stress_is_that_of_the_strain_that_is_held_back():
+@pytest.mark.parametrize("residuals", ["written", "solved"])
+def test_stress_is_that_of_the_strain_that_is_held_back(residuals):
     """Hot and pushed, then vibrating: ``-N / A`` everywhere; the strain has its thermal part."""
-    made = problem(STOP)
+    made = problem(STOP, residuals=residuals)
     state = ss.preload(made, ss.LoadStep(temperature="hot", displacement={"jaw": 2e-5}))
     found = ss.steady_response(made.preloaded(state), omega=100.0).stress().isel(point=0).sel(coefficient="0")
     N = pressed(100.0, 2e-5)
@@ -154,6 +155,7 @@ def test_faults_of_steps():
         ({"temperature": {"hot": {"x7": 3.0}}}, ("temperature", "hot", "x7"), "there is no node set 'x7'"),
         ({"temperature": {"hot": {"x0": 3.0}}}, ("temperature", "hot"), "40 nodes have no temperature"),
         ({"temperature": 120.0}, ("temperature",), "found 120.0"),
+        ({"temperature": {"cold": 20.0}}, ("temperature", "cold"), "has no thermal strain anywhere"),
         ({"initial_temperature": 20.0, "temperature": None}, ("initial_temperature",), "is given without temperature"),
         ({"displacement": {"jaw": {"x7": "x"}}}, ("displacement", "jaw", "x7"), "no node set or held dof 'x7'"),
         ({"displacement": {"jaw": {"x1": "x"}}}, ("displacement", "jaw"), "4 of the dofs that move are not held"),
@@ -198,5 +200,13 @@ def test_springs_to_ground_stay_where_they_are():
     spring = np.zeros(model.n_dofs)
     spring[model.index(next(iter(end_of(model.mesh, "x"))))] = 1e9
     stiff = replace(model, K=csr_array(model.K + diags_array(spring)))
-    with pytest.warns(ss.SlipstickWarning, match="more than the elements of the mesh holds the body along x"):
+    with pytest.warns(
+        ss.SlipstickWarning, match="do not make all of the forces between the body and what holds it along x"
+    ):
         problem(STOP, stiff)
+
+
+def test_a_support_that_moves_at_speed_is_told():
+    turning = ss.at_speed(bar(), 10.0, axis={"point": (0, 0, 0), "direction": (0, 1, 0)})
+    with pytest.warns(ss.SlipstickWarning, match="supports move against the stiffness at rest"):
+        problem(STOP, turning, stress=None)

@@ -99,6 +99,7 @@ def test_young_over_temperature_is_that_of_the_initial_temperatures(tmp_path):
     heat = ss.LoadStep(temperature="hot")
     assert pressed(model, temperature={"hot": "HEAT"}, steps=heat) == pytest.approx([force(90.0, 0.0, 1.7e5)], rel=1e-6)
     np.testing.assert_array_equal(model.mesh.temperature, 30.0)
+    assert any("stiffness at a temperature of 30; " in note for note in model.notes)
     with pytest.raises(ss.InputError, match="materials, EALL, young: found a temperature of 120; expected 0 to 100"):
         ss.models.at_temperature(model, "HEAT")
     hot = ss.models.at_temperature(model, 80.0)
@@ -181,3 +182,36 @@ def test_the_material_of_the_file_may_be_replaced(tmp_path):
     model = read_model(write(tmp_path, deck("2e5, 0., 0.\n1e5, 0., 100.")), ImportOptions(material=given), quiet=True)
     assert model.mesh.temperature is None
     assert model.materials == {"all": given}
+
+
+def test_a_case_file_names_steps_of_the_deck(tmp_path):
+    write(tmp_path, deck())
+    case = f"""
+format = 1
+harmonics = "0..1"
+[structure]
+kind = "fe"
+file = "m.inp"
+keep = {END}
+modes = 5
+temperature = {{ hot = "HEAT" }}
+displacement = {{ push = "PUSH" }}
+[[contact]]
+name = "stop"
+normal = {{ {", ".join(f"{dof} = 0.25" for dof in END)} }}
+kn = {KN}
+gap = {GAP}
+[[preload]]
+temperature = "hot"
+displacement = {{ push = 2.0 }}
+[[load]]
+dof = "{END[0]}"
+cos = 1.0
+[response]
+from = 1.0
+to = 2.0
+"""
+    (found,) = ss.Case.from_text(case, tmp_path / "case.toml").preloaded.dataset.normal_force.values[:, 0]
+    assert found == pytest.approx(force(90.0, 0.04), rel=1e-6)
+    with raises_fault("structure", "temperature", "hot", remedy="did you mean 'HEAT'?"):
+        ss.Case.from_text(case.replace('"HEAT"', '"HEATS"'), tmp_path / "case.toml").problem()

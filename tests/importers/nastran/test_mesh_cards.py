@@ -23,7 +23,6 @@ def test_no_card_has_two_fates():
         ("GENEL", "couplings"),
         ("CDAMP2", "couplings"),
         ("RFORCE", "warnings"),
-        ("MATT1", "warnings"),
         ("WHATEVER", "warnings"),
     ],
 )

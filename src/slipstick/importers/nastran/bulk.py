@@ -21,6 +21,8 @@ from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray, Sparse
 
+MOVED = "prescribes a displacement that is not 0"
+
 
 @dataclass(frozen=True, kw_only=True)
 class BulkData:
@@ -29,7 +31,8 @@ class BulkData:
     ``directions`` holds, as columns (3, 3), the directions of displacements at points where they are not the basic
     ones; ``external`` the rows of an external superelement in the order of its EXTRN card; ``coupled`` the cards that
     tie points together, ``mpc`` the MPC set that the case control asks for; ``combined`` the numbers of sets that an
-    SPCADD joins; ``findings`` tells of the cards that are not read; ``frames`` are the coordinate systems.
+    SPCADD joins; ``findings`` tells of the cards that are not read; ``frames`` are the coordinate systems; ``moved``
+    the displacements other than 0 that SPC prescribes: line, set, point, directions, value.
     """
 
     nodes: dict[int, Array]
@@ -44,6 +47,7 @@ class BulkData:
     matrices: dict[str, DirectMatrix]
     findings: Findings
     frames: Frames
+    moved: tuple[tuple[int, int, int, str, float], ...] = ()
 
 
 def read_bulk(path: Path) -> BulkData:
@@ -80,6 +84,7 @@ class _Reader:
         self.systems: dict[int, Definition] = {}
         self.default_systems = (0, 0)
         self.external: list[tuple[int, int]] = []
+        self.moved: list[tuple[int, int, int, str, float]] = []
         self.coupled: list[CoupledCard] = []
         self.points: set[int] = set()
         self.held: dict[int, set[tuple[int, int]]] = {}
@@ -163,8 +168,9 @@ class _Reader:
         for node, directions, value in (fields[1:4], fields[4:7]):
             if node:
                 self._constrain(whole_number(fields[0]), whole_number(node), directions)
-            if value and fortran_real(value):
-                self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
+            if value and (moved := fortran_real(value)):
+                self.findings.add(Verdict.COUPLING, "SPC", MOVED, self.line)
+                self.moved.append((self.line, whole_number(fields[0]), whole_number(node), directions, moved))
 
     @CARDS.reads("SPCADD")
     def on_spcadd(self, fields: list[str]) -> None:
@@ -239,6 +245,7 @@ class _Reader:
             matrices=self.matrices,
             findings=self.findings,
             frames=frames,
+            moved=tuple(self.moved),
         )
 
     def _points(self) -> tuple[Frames, dict[int, Array], dict[int, Array]]:

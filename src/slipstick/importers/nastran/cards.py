@@ -22,8 +22,8 @@ SETS = "ASET BSET CSET QSET"
 """Cards of the analysis set: boundary and generalised degrees of freedom."""
 
 
-MATRIX_CARDS = Table()
-"""Cards that are read beside matrices alone."""
+MATRIX_CARDS = Table(("SPCD", Verdict.COUPLING, "prescribes a motion"))
+"""Cards that are read, or mean something, beside matrices alone."""
 
 CARDS = Table(
     ("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
@@ -35,7 +35,7 @@ CARDS = Table(
     ("CYJOIN CYSYM CYAX", Verdict.COUPLING, "ties the two sides of a sector to each other"),
     ("RBAR1 RBE1 RBE2GS RROD RTRPLT RTRPLT1 RJOINT", Verdict.COUPLING, "couples nodes rigidly"),
     ("RSPLINE RSSCON", Verdict.COUPLING, "couples nodes by a spline"),
-    ("SPCD SPCR SPCAX", Verdict.COUPLING, "prescribes a motion"),
+    ("SPCR SPCAX", Verdict.COUPLING, "prescribes a motion"),
     ("SPCOFF SPCOFF1", Verdict.COUPLING, "takes supports away"),
 )
 """Cards that mean the same beside matrices and in a mesh; those that are read are entered by what reads them."""
@@ -49,7 +49,9 @@ _IN_THE_MATRICES = re.compile(
 
 def classify_card(findings: Findings, name: str, line: int) -> None:
     """Give a card that is not read its verdict."""
-    if name not in CARDS and _IN_THE_MATRICES.fullmatch(name):
+    if name in MATRIX_CARDS:
+        findings.look_up(MATRIX_CARDS, name, name, line)
+    elif name not in CARDS and _IN_THE_MATRICES.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
         findings.look_up(CARDS, name, name, line)

@@ -26,7 +26,6 @@ from slipstick.importers.findings import Verdict, refused
 from slipstick.importers.interfaces import (
     APART,
     element_positions,
-    kept_note,
     outer_faces,
     section_faces,
 )
@@ -98,7 +97,6 @@ class Contacts:
         for name, load in self._each(self._bolt_load, "BOLTFOR", "BOLTLD"):
             steps.setdefault(name, []).append(load)
         self.deck.load_steps = {name: LoadStep(procedure="static", loads=tuple(part)) for name, part in steps.items()}
-        self.deck.extra += kept_note(self.deck)
         return replace(mesh, surfaces={**mesh.surfaces, **surfaces})
 
     def _each(self, read: Callable[[Place, int, list[str]], Iterable[Made]], *names: str) -> list[Made]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,14 @@ import numpy as np
 from slipstick.errors import Fault, InputError, Place
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation, supports
+from slipstick.fem.load_steps import INITIAL, LoadStep, StepLoad
 from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.deck import Deck
 from slipstick.importers.findings import Findings, Table, Verdict, refused
+from slipstick.importers.interfaces import kept_note
 from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.bulk import MOVED, BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARDS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.interfaces import CONTACT_CARDS, Contacts
@@ -49,7 +51,6 @@ MESH_CARDS = Table(
     ("BOLTFRC BOLTSEQ", Verdict.HARMLESS, ""),
     ("SUPORT SUPORT1", Verdict.HARMLESS, ""),
     ("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
-    ("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
     ("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
     ("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
     ("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
@@ -92,7 +93,11 @@ class Cards(Deck):
     """A mesh of bulk data as far as its cards were read; materials and properties by number."""
 
     property_numbers: dict[int, int] = field(default_factory=dict)
-    laws: dict[int, dict[str, float]] = field(default_factory=dict)
+    laws: dict[int, dict[str, Any]] = field(default_factory=dict)
+    by_temperature: dict[int, tuple[int, list[str]]] = field(default_factory=dict)
+    tables: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
+    kept_loads: dict[str, list[StepLoad]] = field(default_factory=dict)
+    moved: list[tuple[int, str, int, str, float]] = field(default_factory=list)
     point_elements: list[Card] = field(default_factory=list)
     contact_cards: list[Card] = field(default_factory=list)
     others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
@@ -132,7 +137,7 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> Deck:
     deck.held, along = _supports(data, number, path, turning)
     deck.equate([*tied, *along])
     mesh = deck.mesh = Contacts(deck, data, deck.contact_cards, text).placed(deck.build())
-    deck.elsewhere += (coupling for coupling in data.findings.couplings if coupling.where[-1] == "SPC")
+    _keep_loads(deck, data, text)
     deck.extra += [*_left_out(deck, path), *unit_notes(mesh, deck.materials)]
     deck.axes = {node: axes.T for node, axes in data.directions.items()}
     return deck
@@ -202,10 +207,102 @@ def _material(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
     if young is None or (shear is None and poisson is None):
         young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
     ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-    deck.laws[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    known: dict[str, Any] = {"young": young, "poisson": ratio, "density": density or 0.0}
+    expansion, reference = (fortran_real(word) if word else None for word in [*fields, "", ""][5:7])
+    if expansion is not None or reference is not None:
+        known |= {"expansion": expansion, "reference": reference or 0.0}
+    deck.laws[whole_number(fields[0])] = known
     if any(fortran_real(word) for word in fields[7:8] if word):
         what = "has structural damping (GE), which is not read; give the structure's loss_factor"
         deck.add(Verdict.APPROXIMATED, str(where[-1]), what, line)
+
+
+@MESH_CARDS.reads("MATT1")
+def _by_temperature(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    del where
+    deck.by_temperature[whole_number(fields[0])] = line, [*fields[1:], *[""] * 6]
+
+
+@MESH_CARDS.reads("TABLEM1")
+def _table(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """A number and its axes, then pairs; a pair with SKIP is left out, and ENDT ends it."""
+    del where, line
+    if {word.upper() for word in fields[1:3]} <= {"", "LINEAR"}:
+        words = [word.upper() for word in fields[8:]]
+        words = words[: words.index("ENDT")] if "ENDT" in words else [word for word in words if word]
+        pairs = [pair for pair in zip(words[::2], words[1::2], strict=False) if "SKIP" not in pair]
+        deck.tables[whole_number(fields[0])] = [(fortran_real(at), fortran_real(value)) for at, value in pairs]
+
+
+_TABULATED = {0: "young", 2: "poisson", 4: "expansion"}
+"""Properties by their field of MATT1."""
+
+
+def _with_tables(deck: Cards, number: int, known: dict[str, Any]) -> dict[str, Any]:
+    """The properties of a material with the tables over temperature that MATT1 names; what is not read is told."""
+    line, fields = deck.by_temperature.get(number, (0, []))
+    for place, word in enumerate(fields):
+        table = deck.tables.get(whole_number(word)) if word and word.isdigit() and int(word) else None
+        if table and len(table) > 1 and place in _TABULATED:
+            known = {**known, _TABULATED[place]: table}
+        elif word and word != "0":
+            what = (
+                "lets a material depend on temperature otherwise than E, NU, A by TABLEM1: those numbers of its MAT1 "
+            )
+            deck.add(Verdict.APPROXIMATED, "MATT1", f"{what}are used", line)
+    if isinstance(known.get("expansion"), list) and "reference" not in known:
+        known = {**known, "reference": 0.0}
+    return known
+
+
+@MESH_CARDS.reads("TEMP TEMPD")
+def _temperature(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """TEMP: a set, then points and values; TEMPD: sets and the values of all other points."""
+    del line
+    words = [*fields, ""]
+    if where[-1] == "TEMPD":
+        for number, value in zip(words[:8:2], words[1:8:2], strict=False):
+            if number:
+                load = StepLoad(kind="temperature", where="", value=fortran_real(value))
+                deck.kept_loads.setdefault(f"TEMP {whole_number(number)}", []).insert(0, load)
+        return
+    for node, value in zip(words[1:7:2], words[2:8:2], strict=False):
+        if node:
+            load = StepLoad(kind="temperature", where=str(whole_number(node)), value=fortran_real(value))
+            deck.kept_loads.setdefault(f"TEMP {whole_number(words[0])}", []).append(load)
+
+
+@MESH_CARDS.reads("SPCD")
+def _moved(deck: Cards, where: Place, line: int, fields: list[str]) -> None:
+    """A set, then points, directions and values."""
+    words = [*fields, *[""] * 4]
+    for node, directions, value in (words[1:4], words[4:7]):
+        if node:
+            moved = fortran_real(value) if value else 0.0
+            deck.moved.append((line, f"{where[-1]} {whole_number(words[0])}", whole_number(node), directions, moved))
+
+
+def _keep_loads(deck: Cards, data: BulkData, text: str) -> None:
+    """Put displacements and temperatures into load steps by the name of their set."""
+    moved = [(line, f"SPC {number}", node, axes, value) for line, number, node, axes, value in data.moved]
+    for line, name, node, directions, value in [*moved, *deck.moved]:
+        if node in data.directions or not set(directions) <= set("123"):
+            deck.add(Verdict.COUPLING, name.split()[0], MOVED, line)
+            continue
+        deck.kept_loads.setdefault(name, []).extend(
+            StepLoad(kind="displacement", where=str(node), value=value, axis=int(axis)) for axis in directions
+        )
+    head = re.split(r"(?im)^\s*BEGIN\b", text, maxsplit=1)[0]
+    initial = {f"TEMP {number}" for number in re.findall(_INITIAL, head)}
+    for name, loads in deck.kept_loads.items():
+        alone = tuple(replace(load, replaces=True) for load in loads)  # sets do not add up
+        step = LoadStep(procedure="" if name in initial else "static", loads=alone)
+        deck.load_steps[INITIAL if name in initial and len(initial) == 1 else name] = step
+    deck.extra += kept_note(deck)
+
+
+_INITIAL = r"(?im)^\s*TEMP(?:ERATURE)?\s*\(\s*INIT(?:IAL)?\s*\)\s*=\s*(\d+)"
+"""The case control asks for the temperatures without stress."""
 
 
 @MESH_CARDS.reads("PARAM")
@@ -229,7 +326,8 @@ def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[Faul
             faults.append(Fault(Place(path.name, f"property {group}"), lacks))
             continue
         try:
-            scaled: dict[str, Any] = {**known, "density": known["density"] * deck.mass_factor}
+            assert number is not None
+            scaled = {**_with_tables(deck, number, known), "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
             faults += [fault.inside(path.name, f"material {number}") for fault in error.faults]
