@@ -239,6 +239,21 @@ def test_faults_name_the_card(tmp_path, parts, said):
     assert "*PRE-TENSION SECTION" in str(caught.value)
 
 
+def test_a_section_that_is_not_plane_or_not_whole(tmp_path):
+    bent = deck().replace(", 0.5, 0.5, 2\n", ", 0.5, 0.5, 2.3\n")
+    part = deck().replace("*ELSET, ELSET=LOW\n", "*ELSET, ELSET=LOW\n**")
+    first = next(line for line in deck().split("*ELSET, ELSET=LOW\n")[1].splitlines()).split(", ")[0]
+    part = part.replace("*ELSET, ELSET=LOW\n", f"*ELSET, ELSET=LOW\n{first}\n")
+    for text, said in (
+        (bent, "is not plane: node "),
+        (part, "does not cut the bolt through: both sides are joined beside it, at element"),
+    ):
+        (tmp_path / "bar.inp").write_text(text)
+        with pytest.raises(InputError) as caught:
+            ss.models.pretension_bolts(read_model(tmp_path / "bar.inp", quiet=True))
+        assert f"*PRE-TENSION SECTION {said}" in str(caught.value)
+
+
 def test_what_is_asked_must_be_there(tmp_path):
     model = read(tmp_path)
     for sections, said in (
