@@ -6,8 +6,8 @@ blocks. ``U W`` holds, exactly, the modes that couple the elements most: ``U`` i
 excitation by it. P is inverted by Woodbury's formula.
 
 Where contacts are stiff, as clamped ones are, those that stick are first replaced by springs K on the structure (see
-``StuckStructure``): ``J = (I + A K) (I + A_K (dF/dX - K))``. The first factor is inverted as a whole, and D and U W stand
-for the second one, with ``A_K`` for A and ``dF/dX - K`` for dF/dX.
+``StuckStructure``): ``J = (I + A K) (I + A_K (dF/dX - K))``. The first factor is inverted as a whole, and D and U W
+stand for the second one, with ``A_K`` for A and ``dF/dX - K`` for dF/dX.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Elements:
         """``dF/dX`` by the element's own motion less springs at the ports (n_ports,), (n, p L, p L)."""
         if springs is None:
             return self.local
-        n, p, L = self.shape
+        _, p, L = self.shape
         attached = np.repeat(np.append(springs, 0.0)[self.rows], L, axis=1)
         out = self.local.copy()
         out[:, np.arange(p * L), np.arange(p * L)] -= attached

@@ -31,6 +31,8 @@ _SHARE = 1 / 3
 """Springs over the stiffness of stuck contacts: iterations are fewest between a fifth and a half, as some slip."""
 _STICKING = 0.4
 """Mean stiffness over a period, over that of a stuck contact, from which a contact has its springs."""
+_TOGETHER = 32
+"""Columns of the residual that are written together."""
 _SYMMETRIC = 1e-9
 """Largest difference of a residual to its transpose, over its size, that is rounding."""
 
@@ -86,11 +88,13 @@ class StuckStructure:
         The factors without springs, at any frequency; symmetric.
     stuck
         Stiffness (n_ports,) >= 0 of each port while its contact sticks.
+    residual
+        The static residual ``R`` between the ports, (n_ports, n_ports).
     """
 
-    def __init__(self, free: Factors, stuck: Array) -> None:
+    def __init__(self, free: Factors, stuck: Array, residual: Array) -> None:
         self._free, self._stuck, self._springs = free, stuck, _SHARE * stuck
-        self._residual, self._sign = _residual(free), 1
+        self._residual, self._sign = residual, 1
         if self._residual.any():
             factors = lu_factor(np.eye(len(stuck)) + self._residual * self._springs, check_finite=False)
             self._sign = _sign(*factors)
@@ -119,28 +123,31 @@ class StuckStructure:
 def stuck_structure(balance: Balance, free: Factors) -> StuckStructure | None:
     """The structure of a balance with its stuck contacts; None where they are soft, or it is not symmetric."""
     n = len(free.left)
-    if not isinstance(free.parts, WrittenResiduals) or n > MOST_PORTS or free.columns is not None:
+    if n > MOST_PORTS or free.columns is not None:
         return None
     static = free.weight[0].real
     if not (np.array_equal(free.left, free.right[:n]) and np.all(static > 0.0) and np.all(free.weight != 0.0)):
         return None
-    stuck, residual = _stuck_stiffness(balance), _residual(free)
+    stuck, ports = _stuck_stiffness(balance), np.arange(n)
+    own = sum(e * w.real for e, w in zip(free.parts.entries(ports, ports), free.part_weight[:, 0], strict=True))
     # both are parts of the trace of A K, so that its largest eigenvalue is not far
     by_modes = np.sum(static * (free.left**2 * stuck[:, None]))
-    if max(by_modes, np.max(residual.diagonal() * stuck, initial=0.0)) < STIFF_FROM:
+    if max(by_modes, np.max(own * stuck, initial=0.0)) < STIFF_FROM:
         return None
+    residual = _residual(free)
     if np.abs(residual - residual.T).max(initial=0.0) > _SYMMETRIC * np.abs(residual).max(initial=0.0):
         return None
-    return StuckStructure(free, stuck)
+    return StuckStructure(free, stuck, residual)
 
 
 def _residual(free: Factors) -> Array:
     """Static residual between the ports, (n_ports, n_ports)."""
-    n = len(free.left)
+    n, unit = len(free.left), np.eye(len(free.left))
     out = np.zeros((n, n))
-    if isinstance(free.parts, WrittenResiduals):
-        for matrix, share in zip(free.parts.matrices, free.part_weight[:, 0].real, strict=True):
-            out += share * matrix[:, :n]
+    for first in range(0, n, _TOGETHER if len(free.parts) else n):
+        columns = unit[:, first : first + _TOGETHER] + 0j
+        weight = np.repeat(free.part_weight[:, :1], columns.shape[1], axis=1)
+        out[:, first : first + _TOGETHER] = np.real(free.parts.times(columns, weight))
     return out
 
 

@@ -78,8 +78,8 @@ class Reaction(NamedTuple):
     def __call__(self, r: Array) -> Array:
         """``J^-1 r`` (N,)."""
         if self.tangent is None:
-            return self.jacobian.solve(r)
-        z = self.jacobian.solve(np.append(r, 0.0))
+            return self.jacobian.solve_correction(r)
+        z = self.jacobian.solve_correction(np.append(r, 0.0))
         return at_their_parameter(z[None], self.tangent[None], np.array([self.bend]))[0]
 
 
@@ -132,7 +132,7 @@ class EachReaction(Reactions):
         if len(tangents) < len(reactions):
             return np.array([one(r) for one, r in zip(reactions, residuals, strict=True)])
         across = np.concatenate([residuals, np.zeros((len(residuals), 1))], axis=1)
-        z = np.array([one.jacobian.solve(r) for one, r in zip(reactions, across, strict=True)])
+        z = np.array([one.jacobian.solve_correction(r) for one, r in zip(reactions, across, strict=True)])
         return at_their_parameter(z, np.array(tangents), np.array([one.bend for one in reactions]))
 
 

@@ -13,8 +13,8 @@ from scipy.linalg import solve_triangular
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
 from slipstick.typing import Array, ComplexArray
 
-# Solutions, by corrections with the approximation of J; all are relative residuals or ratios of residuals. Residuals r are
-# measured by ``P^-1 r``, the error of the solution as far as P is J: by r itself stiff contacts hide errors of any size.
+# Solutions, by corrections with the approximation of J; all are relative residuals or ratios of residuals. A residual r
+# is measured by ``P^-1 r``, the error of the solution as far as P is J: beside stiff contacts r itself tells nothing.
 TOLERANCE = 1e-8
 """Residual of a solution."""
 _APPROXIMATE = 3e-5
@@ -155,7 +155,7 @@ class IterativeJacobian(Jacobian):
             self.leaves = most
 
     def _by_gmres(self, rest: Array, residual: float) -> Array:
-        """Correction of a solution whose residual has ``P^-1 r = rest`` (N,), by GMRES on ``P^-1 J`` to a size of it."""
+        """Correction of a solution with ``P^-1 r = rest`` (N,), by GMRES on ``P^-1 J`` to the size of a residual."""
         weighed = self._weighed(rest)
         found = self._iterate(self._preconditioned, weighed, residual / float(np.linalg.norm(weighed)))
         if not self.has_nearby:
