@@ -70,20 +70,22 @@ class MovedSupports:
         for name, motion in made.items():
             for axis in np.flatnonzero(motion.reshape(-1, 3).any(axis=0)):
                 gathering.take(_free_of_equations, model, COMPONENTS[axis], (DISPLACEMENT, name))
+        forces = {name: -np.asarray(model.restrict(stiffness @ motion)) for name, motion in made.items()}
+        for name, force in forces.items():
+            if not force.any():
+                what = "moves no free node: there is no element of the mesh between it and one"
+                remedy = "name held nodes of solid elements, of a rigid body those of its surface"
+                gathering.faults.append(Fault((DISPLACEMENT, name), what, remedy=remedy))
         gathering.end()
+        steps = [of for of in given.values() if isinstance(of, str)]
         return cls(
             motions=made,
-            forces={
-                f"{DISPLACEMENT} {name}": -np.asarray(model.restrict(stiffness @ motion))
-                for name, motion in made.items()
-            },
+            forces={f"{DISPLACEMENT} {name}": force for name, force in forces.items()},
             warnings=(
                 *_warnings(model, stiffness, held, made),
-                *curve_warnings(
-                    model.source, model.load_steps, [of for of in given.values() if isinstance(of, str)], DISPLACEMENT
-                ),
+                *curve_warnings(model.source, model.load_steps, steps, DISPLACEMENT),
             ),
-        )  # fmt: skip
+        )
 
     def at_nodes(self, nodes: IntArray) -> dict[str, Array]:
         """Motion of some nodes (3 n,) by shape."""

@@ -168,6 +168,33 @@ def test_displacements_that_are_refused(tmp_path, steps, why):
         read_model(write(tmp_path, deck(steps=steps)))
 
 
+REFERENCE = "*NODE, NSET=REF\n999, 210., 5., 5.\n"
+PULLED = "*STEP\n*STATIC\n*BOUNDARY\nREF, 1, 1, 0.5\n*END STEP\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ("", "moves no free node: there is no element of the mesh between it and one"),
+        ("*RIGID BODY, NSET=TIP, REF NODE=999\n*BOUNDARY\nREF, 2, 6\n", "of a rigid body those of its surface"),
+        ("*RIGID BODY, NSET=TIP, REF NODE=999\n*BOUNDARY\nREF, 2, 5\n", "equations of the model may hold nodes"),
+    ],
+)
+def test_a_reference_node_moves_nothing_here_and_that_is_said(tmp_path, more, says):
+    model = read_model(write(tmp_path, deck(steps=REFERENCE + more + PULLED)), quiet=True)
+    free = f"n{MESH.labels[np.argmin(np.abs(MESH.nodes[:, 0] - 100.0))]}x"
+    with raises_fault("displacement", "pull", says=says):
+        ss.reduced_body(model, keep=[free], modes=3, displacement={"pull": "STEP-1"})
+
+
+def test_the_surface_of_a_held_rigid_body_moves(tmp_path):
+    text = deck(steps=f"{REFERENCE}*RIGID BODY, NSET=TIP, REF NODE=999\n*BOUNDARY\nREF, 1, 6\n")
+    model = read_model(write(tmp_path, text), quiet=True)
+    free = f"n{MESH.labels[np.argmin(np.abs(MESH.nodes[:, 0] - 100.0))]}x"
+    body = ss.reduced_body(model, keep=[free], modes=3, displacement={"pull": {"TIP": "x"}})
+    assert body.structure.shapes["displacement pull"].static_response[0] == pytest.approx(0.5, rel=1e-9)
+
+
 def test_middle_nodes_have_the_mean_of_their_ends(tmp_path):
     """Temperatures of corners alone, as files of quadratic elements have them."""
     rows = "".join(f"{label}, {10.0 * label}\n" for label in (1, 2, 3, 4))
