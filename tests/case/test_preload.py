@@ -133,3 +133,10 @@ def test_the_verb_writes_the_steps(tmp_path, monkeypatch, capsys):
         assert data.attrs["analysis"] == "preload"
         np.testing.assert_allclose(data.normal_force.values[0], 12e3, rtol=1e-4)
     assert (tmp_path / "flange-preload" / "preload.png").exists()
+
+
+def test_a_case_may_have_bolts_alone():
+    start, end = FLANGE.index("[[contact]]"), FLANGE.index("[[bolt]]")
+    case = ss.Case.from_text(FLANGE[:start] + FLANGE[end:])
+    assert [pair.name for pair in case.problem().contacts] == ["bolt 1"]
+    assert case.preloaded.dataset.normal_force.values[0, 0] == pytest.approx(12e3, rel=1e-9)
