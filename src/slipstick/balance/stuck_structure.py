@@ -158,10 +158,10 @@ def _sign(factors: Array, swaps: Array) -> int:
 
 
 def _stuck_stiffness(balance: Balance) -> Array:
-    """Stiffness of each port (n_ports,) with every contact in its likeliest linear state."""
+    """Stiffness of each port (n_ports,) with every contact closed and stuck."""
     stiffness = np.zeros(balance.n_ports)
     for batch, given in zip(balance.batches, balance.problem.inputs.batches, strict=True):
-        states = (batch.law.linear(name, given.values, given.drift(1.0)) for name in batch.law.linear_states)
+        states = (batch.law.linear(name, given.values, given.drift(1.0)) for name in ("pressed", "stuck"))
         held = next((state for state in states if state is not None), None)
         for i, port in enumerate(batch.ports):
             if held is not None and (i, i) in held.stiffness:
