@@ -144,10 +144,10 @@ def _residual(free: Factors) -> Array:
     """Static residual between the ports, (n_ports, n_ports)."""
     n, unit = len(free.left), np.eye(len(free.left))
     out = np.zeros((n, n))
-    for first in range(0, n, _TOGETHER if len(free.parts) else n):
-        columns = unit[:, first : first + _TOGETHER] + 0j
+    for first in range(0, n, _TOGETHER):
+        columns = unit[:, first : first + _TOGETHER].astype(complex)
         weight = np.repeat(free.part_weight[:, :1], columns.shape[1], axis=1)
-        out[:, first : first + _TOGETHER] = np.real(free.parts.times(columns, weight))
+        out[:, first : first + _TOGETHER] = np.asarray(free.parts.times(columns, weight)).real
     return out
 
 
