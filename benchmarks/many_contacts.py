@@ -11,6 +11,11 @@ With ``--seen`` the file for ParaView of the last point, and the page, are writt
 Chains of as many oscillators with a contact each, harmonics 0 to 10: 21 unknowns a contact, one output, through the
 frequencies at which they slip. Seconds, evaluations and factorisations a point, the exponent of the seconds from size
 to size, and what the time goes to, by samples of the innermost of a few functions.
+
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --joint 35 115 400 686 [--jacobian dense] [--force 1] [--first]
+
+Two beams that overlap, clamped together by three bolts of 5 kN, with as many planar contacts in the lap, harmonics 0 to
+5, through the first resonance or at its first frequency alone: seconds, Newton steps, products and factorisations.
 """
 
 from __future__ import annotations
@@ -33,8 +38,11 @@ from ensembles import chain
 from scipy import sparse
 
 import slipstick as ss
+from slipstick.analysis.events import StrategyTried
+from slipstick.fem.boundary import surface_where
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
+from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
 from slipstick.fem.retained import skin_rows
 from slipstick.structure.reduction.reduce import reduce_model
@@ -212,15 +220,106 @@ def growth(counts: Sequence[int] = CHAINS, least: float = 1.0) -> Iterator[dict[
         yield row | {"where": ", ".join(f"{part} {100 * k // all_} %" for part, k in parts.most_common(4))}
 
 
+LAP_RANGE = (1000.0, 1250.0)
+
+
+def lap_joint(points: int, force: float) -> ss.Problem:
+    """The joint of docs/bolted-joint.md with its bolts tightened, on a finer mesh for many points."""
+    fine = 2 if points > 200 else 1
+    lower = box((0.30, 0.03, 0.01), (20 * fine, 3 * fine, 1))
+    upper = box((0.30, 0.03, 0.01), (15 * fine, 3 * fine - 1, 1), at=(0.21, 0.0, 0.01))
+    mesh = together({"lower": lower, "upper": upper})
+    beams = elastic_model(mesh, Material(young=2e11, poisson=0.3, density=7800.0), ["lower.x0", "upper.x1"])
+    x, y, z = mesh.nodes.T
+    lap = [
+        surface_where(mesh, np.isin(np.arange(mesh.n_nodes), mesh.surface(side).nodes) & (x > 0.209) & (x < 0.301))
+        for side in ("lower.z1", "upper.z0")
+    ]
+    law = ss.PlanarFrictionContact(kt=5e13, kn=1e14, mu=0.3, gap=0.0)
+    joint = ss.surface_pair(beams, *lap, contact=law, name="lap", points=points)
+    bolts, kept = [], []
+    for number, place in enumerate((0.23, 0.255, 0.28), 1):
+        head, nut = (
+            [f"n{mesh.labels[n]}z" for n in mesh.surface(side).nodes if np.hypot(x[n] - place, y[n] - 0.015) < 0.009]
+            for side in ("upper.z1", "lower.z0")
+        )
+        elongation = {dof: 1 / len(head) for dof in head} | {dof: -1 / len(nut) for dof in nut}
+        bolts.append(ss.bolt(name=f"bolt {number}", elongation=elongation, stiffness=2.8e8))
+        kept += [*head, *nut]
+    shaken = f"n{mesh.labels[np.argmin(np.hypot(x - 0.15, y - 0.015) + np.abs(z - 0.01))]}z"
+    body = ss.reduced_body(
+        beams, pairs=joint, keep=[*dict.fromkeys(kept), shaken], modes=30, loss_factor=0.002, residuals="written"
+    )
+    given = ss.Problem(
+        body.structure, contacts=[*joint, *bolts], loads=ss.Load(dof=shaken, cos=force), harmonics=5, outputs=shaken
+    )
+    tight = ss.LoadStep(name="tightened", bolts={bolt.name: 5e3 for bolt in bolts})
+    return given.preloaded(ss.preload(given, [tight], pairs=joint))
+
+
+def joint(points: int, force: float, jacobian: str, first: bool) -> dict[str, Any]:
+    """A row for the curve of a joint, or for its first point."""
+    given, tried = lap_joint(points, force), list[str]()
+
+    def listen(event: object) -> None:
+        if isinstance(event, StrategyTried):
+            tried.append(event.name)
+
+    products = Counter[str]()
+    with one_thread(), factorisations() as made, counted_products(products):
+        began = process_time()
+        branch = (
+            ss.steady_response(given, omega=LAP_RANGE[0], options={"jacobian": jacobian}, listeners=listen)
+            if first
+            else ss.forced_response(given, omega=LAP_RANGE, options={"jacobian": jacobian}, listeners=listen)
+        )
+        seconds = process_time() - began
+    dataset = branch.dataset
+    return {
+        "contacts": points, "force, N": force, "jacobian": str(dataset.attrs["jacobian"]), "s": seconds,
+        "points": len(branch), "evaluations": int(dataset.attrs["evaluations"]), "strategies": tried,
+        "factorisations": made["factorisations"], **products, "peak": float(dataset.amplitude.max()),
+        "stick, mean": float(dataset.stick_fraction.mean()), "outcome": branch.outcome.name,
+    }  # fmt: skip
+
+
+@contextmanager
+def counted_products(counts: Counter[str]) -> Iterator[None]:
+    """Counts solutions by GMRES and the products they take."""
+    from slipstick.solve.linear import iterative
+
+    gmres = iterative.gmres
+
+    def counted(*given: Any, **options: Any) -> Any:
+        solved = gmres(*given, **options)
+        counts["iterative solutions"] += 1
+        counts["products"] += solved.products
+        return solved
+
+    iterative.gmres = counted
+    try:
+        yield
+    finally:
+        iterative.gmres = gmres
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     usual = [n for n in GRIDS if n <= 1000]
-    parser.add_argument("counts", nargs="*", type=int, help=f"any of {', '.join(map(str, GRIDS))}")
+    parser.add_argument("counts", nargs="*", type=int, help=f"any of {', '.join(map(str, GRIDS))}; of a joint any")
     parser.add_argument("--whole", action="store_true", help="the whole curve through the resonance")
     parser.add_argument("--residuals", default="auto", help="auto, written or solved")
     parser.add_argument("--seen", help="a folder for the file for ParaView and the page")
     parser.add_argument("--chains", action="store_true", help="chains of oscillators in place of the plate")
+    parser.add_argument("--joint", action="store_true", help="a bolted lap joint in place of the plate")
+    parser.add_argument("--jacobian", default="auto", help="of the joint: auto, dense or iterative")
+    parser.add_argument("--force", type=float, default=10.0, help="amplitude of the force on the joint, N")
+    parser.add_argument("--first", action="store_true", help="of the joint the first point alone")
     options = parser.parse_args()
+    if options.joint:
+        for n in options.counts:
+            print(json.dumps(joint(n, options.force, options.jacobian, options.first)), flush=True)
+        return
     if options.chains:
         for row in growth(options.counts or CHAINS):
             print(json.dumps(row), flush=True)

@@ -144,10 +144,10 @@ def _residual(free: Factors) -> Array:
     """Static residual between the ports, (n_ports, n_ports)."""
     n, unit = len(free.left), np.eye(len(free.left))
     out = np.zeros((n, n))
-    for first in range(0, n, _TOGETHER if len(free.parts) else n):
-        columns = unit[:, first : first + _TOGETHER] + 0j
+    for first in range(0, n, _TOGETHER):
+        columns = unit[:, first : first + _TOGETHER].astype(complex)
         weight = np.repeat(free.part_weight[:, :1], columns.shape[1], axis=1)
-        out[:, first : first + _TOGETHER] = np.real(free.parts.times(columns, weight))
+        out[:, first : first + _TOGETHER] = np.asarray(free.parts.times(columns, weight)).real
     return out
 
 
@@ -158,10 +158,10 @@ def _sign(factors: Array, swaps: Array) -> int:
 
 
 def _stuck_stiffness(balance: Balance) -> Array:
-    """Stiffness of each port (n_ports,) with every contact in its likeliest linear state."""
+    """Stiffness of each port (n_ports,) with every contact closed and stuck."""
     stiffness = np.zeros(balance.n_ports)
     for batch, given in zip(balance.batches, balance.problem.inputs.batches, strict=True):
-        states = (batch.law.linear(name, given.values, given.drift(1.0)) for name in batch.law.linear_states)
+        states = (batch.law.linear(name, given.values, given.drift(1.0)) for name in ("pressed", "stuck"))
         held = next((state for state in states if state is not None), None)
         for i, port in enumerate(batch.ports):
             if held is not None and (i, i) in held.stiffness:

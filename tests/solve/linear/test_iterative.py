@@ -244,3 +244,20 @@ def test_what_it_could_not_reach_is_told():
     found = gmres(lambda x: A @ x, np.eye(30)[0], tolerance=1e-10, most=10)
     assert found.residual == pytest.approx(1.0)
     assert found.products == 10
+
+
+@pytest.mark.parametrize("border", [False, True])
+@pytest.mark.parametrize("seed", range(3))
+def test_solutions_beside_stiff_contacts_have_the_digits_asked_for(seed, border):
+    """``I + A K`` with stiff K answers most right-hand sides with little: a residual small beside them says nothing."""
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((40, 20))
+    J, x = Near(np.eye(40) + 1e7 * root @ root.T, seed=seed), rng.standard_normal(40)
+    dense = DenseJacobian(J.A)
+    right = 1e7 * root @ (root.T @ x)
+    if border:
+        column, row = rng.standard_normal(40), rng.standard_normal(41)
+        J, dense, right = J.bordered(column, row), dense.bordered(column, row), np.append(right, 1.0)
+    expected = dense.solve(right)
+    for found, error in ((J.solve(right), 1e-6), (J.solve_correction(right, 1e-6), 1e-4)):
+        assert np.linalg.norm(found - expected) <= error * np.linalg.norm(expected)

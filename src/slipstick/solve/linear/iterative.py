@@ -228,10 +228,12 @@ class IterativeJacobian(Jacobian):
         x, near = self._found_nearby(rest, _APPROXIMATE)
         if near.residual > _APPROXIMATE:  # what is not solved is no linear map, and has no eigenvalues
             return sign * _turned(self._iterate(self._preconditioned, right, _SIGN_TOLERANCE))
-        left = self._sizes(self.precondition(right - self.multiply(x)))
+        left = self._sizes(self.precondition(right - self.multiply(x))) / self._sizes(rest)
         self.products += 1
-        if left <= _SIGN_TOLERANCE * self._sizes(rest):
+        if left <= _SIGN_TOLERANCE:
             return sign * _turned(near)
+        if not left <= _MIN_CONTRACTION:
+            return sign * _turned(self._iterate(self._preconditioned, rest, _SIGN_TOLERANCE))
 
         def apart(x: Array) -> Array:
             rest = self.precondition(self.multiply(self._weighed(x, -1)))

@@ -1,0 +1,128 @@
+"""The structure with springs in the place of stuck contacts, against inverses, and what it spares."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.joint import clamped_by_points
+
+import slipstick as ss
+from slipstick.balance import stuck_structure as module
+from slipstick.balance.balance import Balance
+from slipstick.balance.evaluation import FrequencySystem
+from slipstick.balance.scaling import motions_at
+from slipstick.balance.stuck_structure import StuckStructure, stuck_structure
+from slipstick.solve.newton import newton_at
+from slipstick.structure.receptance import Factors
+from slipstick.structure.residuals import WrittenResiduals
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # half of the surfaces do not meet
+
+ORDERS, OMEGA = np.array([0.0, 1.0, 3.0]), 2.3
+
+
+def factors(n=7, modes=4, *, residual=1.0, loss=0.0):
+    rng = np.random.default_rng(1)
+    shapes, squares = rng.standard_normal((n, modes)), rng.uniform(1.0, 30.0, modes) ** 2
+    root = rng.standard_normal((n, n))
+    share = np.ones((1, len(ORDERS)), dtype=complex)
+    weight = 1.0 / (squares * (1.0 + 1j * loss * (ORDERS[:, None] > 0)) - (ORDERS[:, None] * OMEGA) ** 2)
+    return Factors(
+        left=shapes, right=shapes, weight=weight, slope=0.0 * weight,
+        parts=WrittenResiduals([residual * root @ root.T / n], symmetric=True),
+        part_weight=share, part_slope=0.0 * share,
+    )  # fmt: skip
+
+
+def written(factors, k):
+    modes = (factors.left * factors.weight[k]) @ factors.right.T
+    return modes + sum(w[k] * R for R, w in zip(factors.parts.matrices, factors.part_weight, strict=True))
+
+
+@pytest.mark.parametrize("slipping", [[], [2], [0, 3, 5], range(7)])
+@pytest.mark.parametrize("residual", [0.0, 1.0])
+def test_the_compliance_with_springs_is_that_of_the_inverse(residual, slipping):
+    free, stuck = factors(residual=residual), np.linspace(50.0, 500.0, 7)
+    structure = StuckStructure(free, stuck, residual * factors().parts.matrices[0])
+    stiffness = stuck.copy()
+    stiffness[list(slipping)] = 0.0
+    attached = structure.at(stiffness)
+    assert np.all(attached.springs[list(slipping)] == 0.0)
+    assert np.count_nonzero(attached.springs) == 7 - len(slipping)
+    found = attached.compliance(free).factors
+    for k in range(len(ORDERS)):
+        A = written(free, k)
+        expected = np.linalg.solve(np.eye(7) + A * attached.springs, A)
+        np.testing.assert_allclose(written(found, k), expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+    assert attached.sign == np.sign(np.linalg.det(np.eye(7) + written(free, 0).real * attached.springs))
+
+
+def test_light_damping_is_left_out_to_its_own_order_alone():
+    free, stuck = factors(loss=1e-3), np.linspace(50.0, 500.0, 7)
+    attached = StuckStructure(free, stuck, free.parts.matrices[0]).at(stuck)
+    for k in range(len(ORDERS)):
+        A = written(free, k)
+        expected = np.linalg.solve(np.eye(7) + A * attached.springs, A)
+        error = np.abs(written(attached.compliance(free).factors, k) - expected).max()
+        assert error <= 5e-3 * np.abs(expected).max()
+
+
+def test_soft_contacts_do_without():
+    problem = clamped_by_points(8)
+    balance = Balance(problem, backend="iterative")
+    free = balance.compliance(1e4).factors
+    assert stuck_structure(balance, free) is not None
+    soft = ss.PlanarFrictionContact(kt=1.0, kn=1.0, mu=0.3, gap=0.0)
+    pairs = [replace(pair, contact=soft) for pair in problem.contacts]
+    assert stuck_structure(Balance(replace(problem, contacts=pairs), backend="iterative"), free) is None
+
+
+def test_a_clamped_joint_takes_the_steps_of_a_dense_jacobian():
+    """Corrections are as good one by one: measured by residuals alone, the line search gave up at the second."""
+    problem, omega, found = clamped_by_points(12), 9e3, []
+    for backend in ("dense", "iterative"):
+        balance = Balance(problem, backend=backend)
+        x = next(iter(motions_at(balance, problem.inputs, omega).values()))
+        system = FrequencySystem(balance, problem.inputs)
+        found.append(newton_at(system, x, omega, scale=float(np.linalg.norm(x))))
+    exact, own = found
+    assert exact.converged
+    assert own.converged
+    assert (own.iterations, own.evaluations) == (exact.iterations, exact.evaluations)
+    np.testing.assert_allclose(own.corrections[:-2], exact.corrections[:-2], rtol=1e-2)
+    np.testing.assert_allclose(own.x, exact.x, rtol=0, atol=1e-8 * np.abs(exact.x).max())
+
+
+def row_of_springs(n=60, reach=12.0):
+    """Stiff springs in a row that only push or pull, on a residual that couples neighbours closely."""
+    rng = np.random.default_rng(0)
+    omega, shapes, place = np.linspace(2.0, 60.0, 5), rng.standard_normal((n, 5)), np.arange(n)
+    residual = np.exp(-np.abs(place[:, None] - place) / reach)
+    structure = ss.ModalStructure(
+        omega=omega, mode_shapes=shapes, static_compliance=(shapes / omega**2) @ shapes.T + residual,
+        damping_ratio=0.01, dofs=[f"d{i}" for i in range(n)],
+    )  # fmt: skip
+    pairs = [ss.bolt(name=f"c{i}", elongation={f"d{i}": 1.0}, stiffness=1e3) for i in range(n)]
+    return ss.Problem(structure, contacts=pairs, loads=ss.Load(dof="d1", cos=3.0), harmonics=[0, 1, 3])
+
+
+def test_products_are_spared(monkeypatch):
+    """Half of them at least where a quarter of the contacts is open, or all but a quarter; with more digits."""
+    problem, omega = row_of_springs(), 7.3
+    x = 0.02 * np.random.default_rng(3).standard_normal((60, 5))
+    x[:, 0] += np.where(np.arange(60) % 4, -1.0, 1.0)
+    x = x.ravel()
+    products, found = [], []
+    for least in (np.inf, module.STIFF_FROM):
+        monkeypatch.setattr(module, "STIFF_FROM", least)
+        at = FrequencySystem(Balance(problem, backend="iterative"), problem.inputs).evaluate(x, omega)
+        at.jacobian.has_nearby = False
+        found.append(at.jacobian.solve(at.residual))
+        products.append(at.jacobian.products)
+    system = FrequencySystem(Balance(problem, backend="dense"), problem.inputs)
+    exact = system.evaluate(x, omega).jacobian.solve(at.residual)
+    for one, error in zip(found, (1e-3, 1e-6), strict=True):
+        assert np.linalg.norm(one - exact) <= error * np.linalg.norm(exact)
+    assert 2 * products[1] <= products[0], products
