@@ -160,7 +160,8 @@ def _top(raw: RawTable) -> tuple[ReadTable, list[Fault]]:
     top_faults += [
         Fault(name, IS_MISSING, remedy=remedy)
         for name, remedy in _MISSING.items()
-        if not raw.get(name, name not in raw and []) and not (name == "contact" and (raw.get("joint") or raw.get("bolt")))
+        if not raw.get(name, name not in raw and [])
+        and not (name == "contact" and (raw.get("joint") or raw.get("bolt")))
     ]
     meant = {word for words in close.values() for word in words}
     return row, faults + [f for f in top_faults if not (f.statement == IS_MISSING and f.where[0] in meant)]
