@@ -290,7 +290,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "LoadStep": (
         lambda: ss.LoadStep,
         {"name": "a", "loads": [ss.Load(dof="x", harmonic=0, cos=1.0)], "bolts": {"b": 1.0}, "shortening": {"c": 1.0},
-         "temperature": {"hot": 0.5}, "displacement": {"jaw": 1e-4}, "increments": 2},
+         "temperature": {"hot": 0.5}, "displacement": {"jaw": 1e-4}, "speed": 3.0, "increments": 2},
     ),
     "bolt": (lambda: ss.bolt, {"name": "b", "elongation": {"x": 1.0}, "stiffness": 2.0, "preload": 1.0}),
     "preload": (
@@ -480,6 +480,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "pressure": {"push": "y1"}, "films": {"boundary": 10.0}, "cold": "x0",
             "temperature": {"hot": {"all": 20.0, "x1": 300.0}}, "initial_temperature": 30.0, "displacement": None,
+            "centrifugal": {"direction": [0, 0, 1]},
         },
     ),
     "reduced_body with a support": (

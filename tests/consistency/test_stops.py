@@ -128,8 +128,10 @@ def test_what_a_stop_may_not_be_given() -> None:
         oscillator(ss.ContactPair(name="s", contact=ss.FrictionContact(kn=KN, gap=GAP)))
     with raises_fault("contact", "stop", "rubbing", says="velocity slides along 'tangential'"):
         oscillator(stop(rubbing=ss.RubbingMotion(velocity=1.0)))
-    with raises_fault("mu", found="None"):
-        ss.FrictionContact(kt=1.0, kn=KN, gap=GAP)
+    with raises_fault("contact", "s", "mu", statement="is missing"):
+        oscillator(
+            ss.ContactPair(name="s", contact=ss.FrictionContact(kt=1.0, kn=KN, gap=GAP), tangential="x", normal="x")
+        )
 
 
 CASE = """

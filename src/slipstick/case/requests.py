@@ -245,10 +245,10 @@ class ModesTable(RequestTable):
             str(data.attrs["mode_of"]),
         )
         marked = {"first": 0, "most damped": int(np.argmax(ratio)), "last": len(ratio) - 1}
-        points = {name: {**_peak(data, dof, k), "damping": ratio[k]} for name, k in marked.items()}
+        points = [{"kind": name, **_peak(data, dof, k), "damping": ratio[k]} for name, k in marked.items()]
         lines = [
-            f"{name}: {_peak_text(case, data, dof, point)}, damping ratio {100.0 * point['damping']:.3g} %"
-            for name, point in points.items()
+            f"{point['kind']}: {_peak_text(case, data, dof, point)}, damping ratio {100.0 * point['damping']:.3g} %"
+            for point in points
         ]
         asked = np.flatnonzero(data["kind"].to_numpy() == "requested")
         peaks = [_peak(data, dof, int(k)) for k in asked]
@@ -259,7 +259,7 @@ class ModesTable(RequestTable):
         answers = [
             {"load_factor": factor[k], **peak, "damping": ratio[k]} for k, peak in zip(asked, peaks, strict=True)
         ]
-        return lines, {"points": points, "peaks": answers}
+        return lines, {"marked": points, "peaks": answers}
 
     def figures(self, branch: Solutions) -> dict[str, Callable[[], Any]]:
         """Frequency and damping over the amplitude."""

@@ -49,9 +49,9 @@ def temperature_field(
         return _by_set(mesh, field, name)
     if isinstance(field, str) and steps:
         return step_temperature(mesh, steps, field, name)
-    if np.ndim(field) == 0:
-        return np.full(mesh.n_nodes, number(name, field, FIELD))
     values = numbers(name, field, FIELD)
+    if values.ndim == 0:
+        return np.full(mesh.n_nodes, float(values))
     if values.shape != (mesh.n_nodes,):
         raise wrong(name, field, f"{FIELD} ({mesh.n_nodes} nodes)")
     return values

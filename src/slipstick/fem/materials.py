@@ -132,7 +132,8 @@ class Material(Isotropic):
                 made[name] = checks.take(_rows, ("material", name), rows, _PROPERTY[name]) or ()
                 if made[name]:
                     at_first = _nominal(made[name], values["reference"])
-                    if value is not None and value != at_first:
+                    beside = checks.optional(_PROPERTY[name], ("material", name), value)
+                    if beside is not None and beside != at_first:
                         what = f"is {shown(value)} beside a table that has {at_first:g}"
                         checks.faults.append(Fault(("material", name), what, remedy="keep one of them"))
                     values[name] = at_first

@@ -98,7 +98,9 @@ def test_modes_leave_a_folder(tmp_path):
         "damping.png",
     }
     answer, branch = json.loads(result.stdout), ss.load(out / "results.nc")
-    (peak,), ends, data = answer["peaks"], answer["points"], branch.dataset
+    (peak,), data = answer["peaks"], branch.dataset
+    assert answer["points"] == len(branch)
+    ends = {point["kind"]: point for point in answer["marked"]}
     assert [ends[name]["amplitude"] for name in ("first", "last")] == pytest.approx(data.amplitude.values[[0, -1], 0])
     assert ends["most damped"]["damping"] == pytest.approx(float(data.modal_damping.max()))
     assert ends["last"]["omega"] == pytest.approx(float(data.omega[-1]))
