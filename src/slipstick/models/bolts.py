@@ -80,7 +80,8 @@ def pretension_bolts(
     Raises
     ------
     InputError
-        As :func:`slipstick.fem.pretension.cut_sections`; for a step of the file that pushes a bolt.
+        For sections that are not plane, do not reach through the bolt or meet another one, and whose node is used
+        elsewhere; for a step of the file that pushes a bolt.
 
     Warns
     -----
