@@ -81,9 +81,10 @@ def test_dissipation_is_never_negative_and_bounded(element):
     f = element_forces(Harmonics(orders), **state)
     tolerance = 1e-9 * scale(state) * (1 + np.abs(state["X"]).sum() + abs(state["v"][0]))
     assert f.work[0] >= -tolerance
-    H = basis(orders, 512)
-    limit = state["mu"] * state["kn"] * np.maximum(state["Y"] @ H.T - state["gap"], 0).max()
-    speed = np.abs(Harmonics(orders).derivative(state["X"])).sum() + abs(state["v"][0])
+    H, h = basis(orders, 512), Harmonics(orders)
+    between = 0.5 * (np.pi / 512) ** 2 * np.abs(h.derivative(h.derivative(state["Y"]))).sum()  # samples miss the peak
+    limit = state["mu"] * state["kn"] * np.maximum(state["Y"] @ H.T - state["gap"] + between, 0).max()
+    speed = np.abs(h.derivative(state["X"])).sum() + abs(state["v"][0])
     assert f.work[0] <= limit[0] * speed + tolerance
 
 

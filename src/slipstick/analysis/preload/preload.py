@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -144,11 +143,11 @@ class Preload:
         InputError
             If the file cannot be written.
         """
-        target, content = path_of("save", path, "the path of a file such as preload.nc"), BytesIO()
-        self.dataset.to_netcdf(content, engine="h5netcdf")
+        target = path_of("save", path, "the path of a file such as preload.nc")
         try:
             with replacing(target) as temporary:
-                temporary.write_bytes(content.getvalue())
+                temporary.touch()  # its errors say what is wrong; those of HDF5 do not
+                self.dataset.to_netcdf(temporary, engine="h5netcdf")
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"{target}: cannot be written ({reason}); choose another place") from None
