@@ -337,3 +337,18 @@ def test_faults_in_a_case(tmp_path, old, new, said):
     assert old in CASE
     with pytest.raises(InputError, match=said):
         ss.Case.from_text(CASE.replace(old, new), tmp_path / "case.toml")
+
+
+def test_a_model_at_a_temperature_is_cut_with_the_stiffness_it_has(tmp_path):
+    path = tmp_path / "bar.inp"
+    path.write_text(deck().replace(f"{YOUNG}, 0.\n", f"{YOUNG}, 0., 20.\n{YOUNG / 2}, 0., 120.\n"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        hot = ss.models.at_temperature(read_model(path, quiet=True), {"all": 70.0, "ENDS": 20.0})
+    cut, (section,) = cut_sections(hot, ["CUT"])
+    held = [k for k, dof in enumerate(cut.dofs) if dof != section.dof]
+    assert abs(cut.K[held][:, held] - hot.K).max() <= 1e-10 * abs(hot.K).max()
+    along = cut.index(section.dof)
+    assert cut.K[[along]][:, [along]].toarray().item() == pytest.approx(section.stiffness)
+    # the layer beyond the section has 70 degrees, in the middle of the table
+    assert section.stiffness == pytest.approx(0.75 * YOUNG, rel=1e-9)

@@ -147,6 +147,11 @@ class ContactPair:
         directions |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
         return {port: value if isinstance(value, tuple) else (value,) for port, value in directions.items()}
 
+    @property
+    def is_spring(self) -> bool:
+        """Whether it moves along its normal alone, as a bolt or a stop does: it cannot slide."""
+        return set(self.given) == {"normal"}
+
     @cached_property
     def _count(self) -> int:
         """Number of contacts; raises InputError where arrays and directions do not agree on one."""

@@ -19,6 +19,12 @@ def area(mesh: Mesh, surface: Surface) -> float:
     return float(sum(weights.sum() for _, _, weights, _ in face_geometry(mesh, surface)))
 
 
+def area_vector(mesh: Mesh, surface: Surface) -> Array:
+    """``int n dS`` (3,): along the mean normal, and as long as a plane surface is large."""
+    parts = [np.einsum("mq,mqa->a", weights, normals) for _, _, weights, normals in face_geometry(mesh, surface)]
+    return np.asarray(np.sum(parts, axis=0))
+
+
 def pressure_load(mesh: Mesh, surface: Surface, pressure: float = 1.0) -> Array:
     """Nodal forces (3 n_nodes,) of a uniform pressure, ``-p int N n dS``: a positive pressure pushes into the body."""
     load = np.zeros((mesh.n_nodes, 3))

@@ -26,8 +26,8 @@ from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.equations import dof_name
 from slipstick.fem.geometry import face_geometry
 from slipstick.fem.interfaces import WHOLE, PretensionSection
-from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.loads import area_vector, shape_integrals
+from slipstick.fem.mesh import Mesh, Surface, part_of
 from slipstick.fem.model import FiniteElementModel
 from slipstick.typing import Array, IntArray
 
@@ -151,7 +151,7 @@ def _cut(
     _same_matrices(model, mesh, at, [own, other], where)
     d = np.zeros(3 * mesh.n_nodes)
     d[(3 * at[:, None] + np.arange(3)).ravel()] = np.tile(normal, len(at))
-    beyond = assemble(*_part(mesh, model.materials, [other]))
+    beyond = assemble(part_of(mesh, other), model.materials)
     matrices = {}
     for key, matrix, part in (("K", model.K, beyond.stiffness), ("M", model.M, beyond.mass)):
         column, diagonal = -model.restrict(part @ d), float(d @ (part @ d))
@@ -255,12 +255,9 @@ def _label(mesh: Mesh, element: tuple[str, int]) -> int:
 
 def _normal(mesh: Mesh, surface: Surface, section: PretensionSection, where: Place) -> tuple[Array, float, Array]:
     """Unit normal, that of the file where it gives one, area and centroid."""
-    parts = list(face_geometry(mesh, surface))
-    area = sum(float(weights.sum()) for _, _, weights, _ in parts)
-    mean = sum(np.einsum("mq,mqa->a", weights, normals) for _, _, weights, normals in parts)
-    centre = sum(
-        np.einsum("mq,qn,mna->a", weights, values, mesh.nodes[faces]) for faces, values, weights, _ in parts
-    ) / area  # fmt: skip
+    shares, mean = shape_integrals(mesh, surface), area_vector(mesh, surface)
+    area = float(shares.sum())
+    centre = shares @ mesh.nodes / area
     mean = mean / max(float(np.linalg.norm(mean)), 1e-300)
     offsets = mesh.nodes[surface.nodes] - centre
     size = 2.0 * float(np.linalg.norm(offsets, axis=1).max())
@@ -302,21 +299,10 @@ def _node(model: FiniteElementModel, mesh: Mesh, section: PretensionSection, whe
     return node
 
 
-def _part(
-    mesh: Mesh, materials: Mapping[str, Material], sides: Sequence[Elements]
-) -> tuple[Mesh, Mapping[str, Material]]:
-    """A mesh of some elements on the same nodes, and the materials they have."""
-    chosen = {
-        kind: np.concatenate([side[kind] for side in sides if kind in side])
-        for kind in dict.fromkeys(kind for side in sides for kind in side)
-    }
-    every = {name: mesh.element_sets[name] for name in materials if name in mesh.element_sets}
-    sets = {
-        name: {kind: np.flatnonzero(np.isin(at, members.get(kind, ()))) for kind, at in chosen.items()}
-        for name, members in every.items()
-    }
-    blocks = {kind: mesh.blocks[kind][at] for kind, at in chosen.items()}
-    return Mesh(nodes=mesh.nodes, blocks=blocks, element_sets=sets), materials
+def _all_of(sides: Sequence[Elements]) -> Elements:
+    """The elements of some sides together."""
+    kinds = dict.fromkeys(kind for side in sides for kind in side)
+    return {kind: np.concatenate([side[kind] for side in sides if kind in side]) for kind in kinds}
 
 
 def _same_matrices(
@@ -331,7 +317,8 @@ def _same_matrices(
     free = np.flatnonzero(np.isin(model.dof_nodes, mesh.labels[at]) & (model.dof_components < 3))
     if not len(free):
         return
-    theirs = assemble(*_part(mesh, model.materials, sides)).stiffness.diagonal()[model.free[free]]
+    beside = assemble(part_of(mesh, _all_of(sides)), model.materials)
+    theirs = beside.stiffness.diagonal()[model.free[free]]
     ours = model.K.diagonal()[free]
     if float(np.abs(ours / theirs - 1.0).min()) > _OWN:
         what = "cannot be cut: the stiffness at its nodes is not that of the elements as assembled here"
@@ -363,8 +350,10 @@ def _doubled(mesh: Mesh, section: Surface, doubled: IntArray, other: Elements, n
             faces[shape][rows] = new[part[rows]]
         surfaces[name] = replace(surface, faces=faces)
     lone = node not in mesh.labels
+    T = mesh.temperature
     return replace(
         mesh,
+        temperature=None if T is None else np.concatenate([T, T[at], T[at[: int(lone)]]]),
         nodes=np.concatenate([mesh.nodes, mesh.nodes[at], centre[None][: int(lone)]]),
         blocks=blocks,
         surfaces=surfaces,

@@ -30,7 +30,7 @@ from slipstick.faults import (
 )
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.interfaces import pair_of
-from slipstick.fem.loads import area
+from slipstick.fem.loads import area, area_vector
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
 from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
@@ -485,7 +485,7 @@ def _apart(ends: _Ends) -> Fault:
         what = f"{ends.both} {how} by {nearest:.3g} to {farthest:.3g}, more than {ends.within:.3g}"
         what += other_units(*ends.spans)
         return Fault("within", what, remedy="give surfaces that face each other, or a larger within")
-    looks = [_mean_normal(ends.mesh, surface) for surface in ends.surfaces]
+    looks = [area_vector(ends.mesh, surface) for surface in ends.surfaces]
     sizes = [float(np.linalg.norm(look)) for look in looks]
     angle = ""
     if min(sizes) > 0.0:
@@ -493,13 +493,6 @@ def _apart(ends: _Ends) -> Fault:
         angle = f": their outward normals are {degrees:.0f} degrees apart on average, not near 180"
     what = f"{ends.both} lie {nearest:.3g} to {farthest:.3g} apart, but do not face each other{angle}"
     return Fault("second", what, remedy="give the two sides that touch")
-
-
-def _mean_normal(mesh: Mesh, surface: Surface) -> Array:
-    from slipstick.fem.geometry import face_geometry
-
-    parts = [np.einsum("mq,mqa->a", w, n) for _, _, w, n in face_geometry(mesh, surface)]
-    return np.asarray(np.sum(parts, axis=0))
 
 
 def _contacts(

@@ -159,7 +159,7 @@ def bolt_places(problem: Problem) -> Array:
     structure: Any = problem.structure
     known, out, at = structure.skin.places, np.full((len(problem.elements), 3), np.nan), 0
     for pair in problem.contacts:
-        bolted = pair.area is None and set(pair.given) == {"normal"} and known is not None
+        bolted = pair.area is None and pair.is_spring and known is not None
         for k in range(len(pair) if bolted else 0):
             cosines = pair.direction("normal", k) or {}
             ends = [

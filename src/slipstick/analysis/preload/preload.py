@@ -259,9 +259,7 @@ def _warnings(problem: Problem, steps: Sequence[LoadStep]) -> Iterator[str]:
         yield f"load steps leave out the rubbing motion of {some(rubbing, 5)}"
     if problem.thermal is not None or problem.states:
         yield "load steps leave out heat and wear: contacts keep the parameters they were given"
-    remembering = [
-        pair.name for pair in problem.contacts if REST in pair.contact.values and set(pair.given) != {"normal"}
-    ]
+    remembering = [pair.name for pair in problem.contacts if REST in pair.contact.values and not pair.is_spring]
     if remembering:
         yield (
             f"load steps begin without friction forces: what an earlier preload left in {some(remembering, 5)} is "
