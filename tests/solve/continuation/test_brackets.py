@@ -100,3 +100,54 @@ def test_a_minimum_at_a_corner_is_as_deep_as_it_is(at, down, up, bend):
     system = Beside(f, lambda p: (-down if p < at else up) + 2.0 * bend * (p - at))
     run = continuation(system, [f(0.0), 0.0], 0.0, 1.0, events=[event])
     assert min(step.x[0] for step in run if abs(step.parameter - at) < 0.02) == pytest.approx(2.0, rel=2e-5)
+
+
+@pytest.mark.parametrize("up, down", [(1.0, 1.0), (5.0, 0.01), (0.3, 40.0)])
+@pytest.mark.parametrize("bend", [0.0, -3.0])
+def test_a_corner_is_located_in_few_trials(up, down, bend):
+    """By the place where the tangents of both sides meet: the distance to it is squared, not halved, by each trial."""
+    at, trials = 0.31234, []
+
+    def slope(step):
+        trials.append(step)
+        return step.tangent_x[0]
+
+    event = BranchEvent(name="x", kind="peak", direction=-1, function=slope, height=lambda step: step.x[0])
+    system = Given(
+        lambda p: 2.0 + (up if p < at else -down) * (p - at) + bend * (p - at) ** 2,
+        lambda p: (up if p < at else -down) + 2.0 * bend * (p - at),
+    )
+    run = list(continuation(system, [system._f(0.0)], 0.0, 1.0, events=[event]))
+    (peak,) = (step for step in run if step.kind == "peak")
+    assert peak.parameter == pytest.approx(at, abs=1e-9)
+    steps = [step for step in run if step.kind != "peak"]
+    assert len(trials) - len(steps) <= (16 if bend == 0.0 else 24)
+
+
+def test_peaks_close_to_each_other_share_their_solutions():
+    """Twenty quantities with peaks in one step: one alone takes 4 evaluations."""
+
+    def work(count, apart):
+        at = 0.5 + apart * np.arange(count)
+
+        class Bumps:
+            def evaluate(self, x, parameter):
+                q = parameter - at
+                return Evaluation(x - (1.0 - q * q + q**3), DenseJacobian(np.eye(count)), 2.0 * q - 3.0 * q * q)
+
+        events = [
+            BranchEvent(
+                name=str(i), kind="peak", direction=-1, function=lambda step, i=i: step.tangent_x[i],
+                height=lambda step, i=i: step.x[i],
+                along=lambda first, second, segment, places, i=i: segment.derivatives(places)[:, i] / segment.length,
+            )
+            for i in range(count)
+        ]  # fmt: skip
+        runs = [continuation(Bumps(), 1.0 - at**2 - at**3, 0.0, 1.0, events=these) for these in ([], events)]
+        peaks = [step.parameter for step in list(runs[1]) if step.kind == "peak"]
+        np.testing.assert_allclose(peaks, at, atol=1e-9)
+        assert list(runs[0])
+        return runs[1].evaluations - runs[0].evaluations
+
+    assert work(20, 0.0) == work(1, 0.0)
+    assert work(20, 2e-4) <= 16 * work(1, 0.0)

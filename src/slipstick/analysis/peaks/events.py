@@ -130,14 +130,18 @@ class _Slopes:
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
-        self._latest: tuple[Step | HermiteSegment | None, Array] = (None, np.empty(0))
+        self._along: tuple[HermiteSegment | None, Array] = (None, np.empty(0))
+        self._at: deque[tuple[Step, Array]] = deque(maxlen=_CACHED)
         self._heights: deque[tuple[Step, Array]] = deque(maxlen=_CACHED)
 
     def at(self, step: Step) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
-        if self._latest[0] is not step:
-            self._latest = step, self._slopes(*self._outputs.motion_along(step, self._system), SLOPE_NOISE, step)
-        return self._latest[1]
+        for cached, slopes in self._at:
+            if cached is step:
+                return slopes
+        slopes = self._slopes(*self._outputs.motion_along(step, self._system), SLOPE_NOISE, step)
+        self._at.append((step, slopes))
+        return slopes
 
     def heights(self, step: Step) -> Array:
         """Amplitudes (n_outputs,) at a step."""
@@ -159,10 +163,10 @@ class _Slopes:
 
     def along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
-        if self._latest[0] is not segment or len(self._latest[1]) != places.u.size:
+        if self._along[0] is not segment or len(self._along[1]) != places.u.size:
             motion, change = self._between(first, second, segment, places)
-            self._latest = segment, self._slopes(motion, change / segment.length, PLATEAU, second)
-        return self._latest[1]
+            self._along = segment, self._slopes(motion, change / segment.length, PLATEAU, second)
+        return self._along[1]
 
     def _slopes(self, motion: Array, change: Array, level: float, near: Step) -> Array:
         """Slopes (..., n_outputs) of amplitudes; 0 on plateaus, and of motions that are rounding."""

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
-from math import copysign, inf
+from math import copysign, inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,6 +37,8 @@ SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
 """Steps from an end that are tried: parts of the distance to a corner and, but for the first, of a bracket."""
 _PARALLEL = 1e-12
 """Square of the sine of an angle below which two tangents are parallel: a few digits above rounding."""
+_MISFITS = 2.0
+"""Distance of a trial from the place where tangents meet, over the distance by which they miss each other."""
 _CORNER_OFFSET = 0.02
 """Distance of a trial from the corner, over that of the end; doubled each time that it is on the other side."""
 
@@ -60,6 +63,12 @@ _TURNING_POINT_ERROR = 100.0
 """Error of a turning point where no closer solution is found."""
 _SAME = 10.0
 """Largest distance of two locations of one maximum."""
+_JUMPS = 0.5
+"""Ratio of a slope between two solutions to that at one of them above which the slope may jump between them."""
+_JUMP = 1e-3
+"""Value of a function at its root, over the difference of values around, above which it may jump there."""
+_SAME_PLACE = 1e-13
+"""Distance of two places of a segment that is rounding."""
 
 TINY = float(np.finfo(float).tiny)
 """Stands for a positive slope of unknown size, and for that of a plateau."""
@@ -110,6 +119,24 @@ class Chord:
         if tangent.dot(self._a) > tangent.dot(self._b):
             return float(after.dot(self._a)) - self.before
         return self.after - float(before.dot(self._b))
+
+    def at_corner(self, margin: float) -> Iterator[Guess]:
+        """A guess on the longer side of the corner at which the tangents of both ends meet, if they do.
+
+        It is so far from the corner that it lies on that side, as far as both sides are straight; at least a
+        ``margin``.
+        """
+        g, p, q = self._a.dot(self._b), self._a.dot(self._chord), self._b.dot(self._chord)
+        square_of_sine = 1.0 - g * g
+        if square_of_sine < _PARALLEL:
+            return
+        before, after = (p - g * q) / square_of_sine, (q - g * p) / square_of_sine
+        misfit = norms(self._chord - before * self._a - after * self._b) / sqrt(square_of_sine)
+        side, (state, tangent) = (before, self._low) if before > after else (-after, self._high)
+        way = abs(side) - max(_MISFITS * float(misfit), margin)
+        if min(before, after) >= 0.0 and way > 0.5 * abs(side):
+            unit = tangent / self._metric.length(tangent)
+            yield state + copysign(way, side) * unit, unit
 
     def beside(self, part: float, *, nearer: bool) -> Guess:
         """A guess at a part of the distance from the end farther from the corner, or from the ``nearer`` one."""
@@ -236,32 +263,31 @@ class Bracket:
         return place, step.named(event.kind, event.name)
 
 
-def narrowed(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Bracket:
-    """The last of ``narrowing``."""
-    *_, last = narrowing(corrector, event, bracket, tolerance)
-    return last
-
-
 def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Iterator[Bracket]:
     """The bracket, then narrower ones, to the scaled ``tolerance`` if there are solutions between the ends.
 
     Every trial lies on a cubic between the present ends: each is closer to the branch than the one before, on both
     sides of a corner. Where there is no solution close to it, ever shorter steps are taken from the ends.
     """
-    bisect = False
+    bisect = corner = False
     yield bracket
     for _ in range(MOST):
         room = bracket.room
         if room <= tolerance:
             return
         guesses = guesses_of(corrector, bracket, share_of(bracket.rising, bracket.falling, bisect, room, tolerance))
+        if corner:
+            guesses = chain(bracket.chord.at_corner(0.25 * tolerance), guesses)
         narrower = with_inside(corrector, event, bracket, guesses, corrector.exact)
         if narrower is None:
             return
+        rises = narrower.high is bracket.high
+        jumps = narrower.rising > _JUMPS * bracket.rising if rises else narrower.falling < _JUMPS * bracket.falling
+        slow = narrower.room > 0.5 * room
         bracket = narrower
         yield bracket
-        # secants approach a smooth maximum from one side; two slow ones in a row indicate a corner
-        bisect = not bisect and bracket.room > 0.5 * room
+        # secants approach a smooth maximum from one side; a slope that does not fall indicates a corner
+        bisect, corner = not bisect and slow, jumps and not (corner and slow)
 
 
 def with_inside(
@@ -286,6 +312,14 @@ def guesses_of(corrector: Corrector, bracket: Bracket, share: float) -> Iterator
         yield chord.beside(part, nearer=True)
 
 
+class _Placed(NamedTuple):
+    """A solution at a place of a segment, and the Newton tolerance it was found to."""
+
+    u: float
+    step: Step
+    tolerance: float
+
+
 class Maxima:
     """Solutions on the segment between two neighbours, and the sign changes and maxima that they bracket."""
 
@@ -293,11 +327,16 @@ class Maxima:
         self.corrector, self.tolerance = corrector, tolerance
         self._middles: dict[tuple[int, int], tuple[Step, Step, Known | None]] = {}
         self._orientations: tuple[int, int] = (0, 0)
+        self._segment: HermiteSegment | None = None
+        self._solutions: list[_Placed] = []
+        self._exact: list[Step] = []
 
-    def begin(self, first: Step, second: Step) -> None:
-        """Set the two neighbours."""
+    def begin(self, first: Step, second: Step, segment: HermiteSegment) -> None:
+        """Set the two neighbours and the segment between them."""
         self._middles.clear()
-        self._orientations = first.orientation, second.orientation
+        self._solutions.clear()
+        self._exact.clear()
+        self._orientations, self._segment = (first.orientation, second.orientation), segment
 
     def elsewhere(self, step: Step) -> bool:
         """Whether a solution is on another branch, or on the way back of this one."""
@@ -319,7 +358,7 @@ class Maxima:
         expected = event.along is not None or event.maximum
         located = self.by_secants(event, segment, at, of, room) if expected and second[0].smooth else None
         if located is None and (margin < 1.0 or event.maximum):
-            ends = ({0.0: first, 1.0: second}.get(u) or self.solved(event, segment, u, 0.0) for u in room)
+            ends = ({0.0: first, 1.0: second}.get(u) or self.solved(event, segment, u) for u in room)
             located = between(event, room, *ends)
         return located
 
@@ -328,46 +367,89 @@ class Maxima:
         event: BranchEvent,
         segment: HermiteSegment,
         u: float,
-        off: Array | float,
         options: NewtonOptions | None = None,
+        guess: Array | None = None,
     ) -> tuple[Step, float] | None:
-        """The solution on the plane across the segment at ``u``, expected ``off`` it, and its event function.
+        """The solution on the plane across the segment at ``u``, expected there or at a ``guess``, and its function.
 
-        With the ``exact`` options of the corrector unless others are given.
+        With the ``exact`` options of the corrector unless others are given. A solution that is already known there
+        serves the other events too: those of outputs in symmetric places have the same trials.
         """
-        guess, options = segment.point(u) + off, options or self.corrector.exact
-        step, _ = self.corrector.correct(guess, segment.derivative(u), event.kind, name=event.name, options=options)
-        if step is None or not self.corrector.near(step.state - guess, segment.length):
+        options, here = options or self.corrector.exact, segment is self._segment
+        for known in self._solutions if here else ():
+            if abs(known.u - u) <= _SAME_PLACE and known.tolerance <= options.tolerance:
+                return known.step.named(event.kind, event.name), float(event.function(known.step))
+        guess = segment.point(u) if guess is None else guess
+        step, _ = self.corrector.correct(
+            guess.copy(), segment.derivative(u), event.kind, name=event.name, options=options
+        )
+        if step is None or not self.corrector.near(step.state - guess, segment.length) or self.elsewhere(step):
             return None
-        return None if self.elsewhere(step) else (step, float(event.function(step)))
+        if here:
+            self._solutions.append(_Placed(u, step, options.tolerance))
+        if options is self.corrector.exact:
+            self._exact.append(step)
+        return step, float(event.function(step))
 
     def by_secants(self, event: BranchEvent, segment: HermiteSegment, at: Both, of: Both, room: Both) -> Located:
-        """By secants from the expected sign change; None where they leave the ``room``, two places."""
+        """By secants from the expected sign change; None where they leave the ``room``, two places.
+
+        They begin at solutions that were found for other events, where some are in the ``room``: the amplitudes of one
+        mode have their peaks close to each other.
+        """
         rate = (of[1] - of[0]) / (at[1] - at[0])
-        u, off, known = at[0] - of[0] / rate, np.zeros(1), None
-        for trial in range(SECANTS):
-            solved = self.solved(event, segment, u, off, None if trial else self.corrector.rough)
-            if solved is None:
-                return None
-            step, value = solved
-            if known is not None and u != known[0]:
-                slope = (value - known[1]) / (u - known[0])
+        u, last = at[0] - of[0] / rate, None
+        closest = self._closest(event, rate, room) if segment is self._segment else []
+        for _ in range(SECANTS):
+            if closest:
+                here, value = closest.pop()
+            else:
+                options = self.corrector.rough if last is None else self.corrector.exact
+                solved = self.solved(
+                    event, segment, u, options, None if last is None else self._guess(segment, last[0], u)
+                )
+                if solved is None:
+                    return None
+                here, value = _Placed(u, solved[0], options.tolerance), solved[1]
+            if last is not None and here.u != last[0].u:
+                slope = (value - last[1]) / (here.u - last[0].u)
                 if slope * rate <= 0.0:
                     return None
                 rate = slope
-            known, off = (u, value), step.state - segment.point(u)
+            last = here, value
             shift = -value / rate
-            if trial and abs(shift) * segment.length < self.tolerance:
-                return u, step
-            u += shift
-            if not room[0] <= u <= room[1]:
+            exact = here.tolerance <= self.corrector.exact.tolerance and abs(value) <= _JUMP * abs(of[1] - of[0])
+            if exact and abs(shift) * segment.length < self.tolerance:
+                return here.u, here.step.named(event.kind, event.name)
+            u = here.u + shift
+            if not closest and not room[0] <= u <= room[1]:
                 return None
         return None
+
+    def _closest(self, event: BranchEvent, rate: float, room: Both) -> list[tuple[_Placed, float]]:
+        """The solution on the segment closest to a sign change, with its value, and the one next to it if the secant
+        through both has the sign of the ``rate``."""
+        known = [(one, float(event.function(one.step))) for one in self._solutions if room[0] <= one.u <= room[1]]
+        closest = sorted(known, key=lambda one: abs(one[1]))[:2]
+        if len(closest) == 2:
+            (one, value), (other, far) = closest
+            return closest if (other.u - one.u) * (far - value) * rate > 0.0 else closest[:1]
+        return closest
+
+    def _guess(self, segment: HermiteSegment, near: _Placed, u: float) -> Array:
+        """The solution expected at ``u``, along the tangent of one on the segment."""
+        along, weights = segment.derivative(near.u), self.corrector.metric.weights
+        across = along * weights * weights
+        tangent = near.step.tangent * (across.dot(along) / across.dot(near.step.tangent))
+        return segment.point(u) + (near.step.state - segment.point(near.u)) + (u - near.u) * (tangent - along)
 
     def top(self, event: BranchEvent, places: Both, low: Known | None, high: Known | None) -> Located:
         """The extreme between two solutions, at ``places`` on the segment, that bracket one."""
         if low is None or high is None or not event.crossed(low[1], high[1]):
             return None
+        bracket = self._known(event, places, low, high)
+        if bracket.room > self.tolerance and (located := self._smooth_top(event, bracket)) is not None:
+            return located
         narrow = self.narrowed(event, places, low, high)
         place, step = narrow.top(event.falling(low[1]), self.tolerance)
         if any(np.array_equal(step.state, end.state) for end, _ in (low, high)):  # it may be rough
@@ -376,6 +458,19 @@ class Maxima:
             )
             step = better or step
         return place, step
+
+    def _smooth_top(self, event: BranchEvent, bracket: Bracket) -> Located:
+        """The extreme in a bracket by secants; None where these do not lead to one, as at a corner.
+
+        The function of the ``event`` falls.
+        """
+        if min(bracket.rising, -bracket.falling) <= TINY:
+            return None
+        segment, slopes = self.corrector.segment(bracket.low, bracket.high), (bracket.rising, bracket.falling)
+        located = self.by_secants(event, segment, (0.0, 1.0), slopes, (0.0, 1.0))
+        if located is None:
+            return None
+        return bracket.begin + located[0] * (bracket.end - bracket.begin), located[1].named(event.kind, event.name)
 
     def bottom(self, event: BranchEvent, bracket: Bracket, *, corner: bool = False) -> Located:
         """The minimum between two solutions as an ordinary point; None where it is one of them.
@@ -420,9 +515,21 @@ class Maxima:
 
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
         """The narrowed bracket of two solutions between which an event function changes its sign."""
+        bracket = self._known(event, places, low, high)
+        for narrower in narrowing(self.corrector, event.falling(low[1]), bracket, self.tolerance):
+            if narrower is not bracket:
+                self._exact.append(narrower.high if narrower.low is bracket.low else narrower.low)
+                bracket = narrower
+        return bracket
+
+    def _known(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
+        """The narrowest bracket by solutions that were found for other events: at a corner all have their extremes."""
         seen = event.falling(low[1])
         bracket = Bracket(self.corrector.metric, low[0], abs(low[1]), high[0], -abs(high[1]), *places)
-        return narrowed(self.corrector, seen, bracket, self.tolerance)
+        for step in self._exact:
+            if bracket.holds(step):
+                bracket = bracket.with_inside(step, float(seen.function(step)) or TINY)
+        return bracket
 
     def maxima(
         self, event: BranchEvent, segment: HermiteSegment, crossed: list[tuple[Both, Both]], first: Known, second: Known
@@ -447,7 +554,7 @@ class Maxima:
         if times and not self._plain(event, low, high):
             key = (id(low[0]), id(high[0]))
             if key not in self._middles:
-                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, 0.0, self.corrector.rough)
+                between = self.solved(event, self.corrector.segment(low[0], high[0]), 0.5, self.corrector.rough)
                 self._middles[key] = low[0], high[0], between
             middle = self._middles[key][2]
             if middle is not None:

@@ -84,7 +84,7 @@ class Locator:
             return []
         located_points: list[tuple[float, Step]] = []
         ends, maxima = [], list[tuple[BranchEvent, list[float], list[Located]]]()
-        self._maxima.begin(first, second)
+        self._maxima.begin(first, second, segment)
         watched = len(self.values) - len(self._events)
         for event, before in zip(self._events, self.values[watched:], strict=True):
             places, values = self._expected(event, before, first, second, segment)
@@ -191,7 +191,7 @@ class Locator:
         best: Located = None
         corner = False
         for _ in range(BOTTOM_SECANTS):
-            solved = self._maxima.solved(event, segment, u, 0.0, self._corrector.usual)
+            solved = self._maxima.solved(event, segment, u, self._corrector.usual)
             if solved is None:
                 break
             step, slope = solved
@@ -268,7 +268,7 @@ class Locator:
             return
         nearest = size.index(smallest, 1)
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
-            solved = self._maxima.solved(event, segment, _AT[i], 0.0, self._corrector.rough)
+            solved = self._maxima.solved(event, segment, _AT[i], self._corrector.rough)
             if solved is not None:
                 values[i] = solved[1]
                 if (values[i] > 0.0) != positive:
@@ -414,7 +414,7 @@ class Locator:
         best: tuple[float, float, Step] | None = None
         for _ in range(_MAX_TRIALS):
             u = root.trial
-            solved = self._maxima.solved(event, segment, u, 0.0)
+            solved = self._maxima.solved(event, segment, u)
             if solved is None:
                 return None
             step, value = solved
