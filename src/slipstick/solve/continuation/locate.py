@@ -152,14 +152,15 @@ class Locator:
         second: Step,
     ) -> list[tuple[float, Step]]:
         """Ordinary points at minima of an accurate segment: the prominence of maxima depends on them."""
-        if not second.smooth or max(values) < 0.0:
+        minima = shown(values) if second.smooth else []
+        if not minima:
             return []
         height, located = event.height, list[Located]()
         assert height is not None
         tops = sorted([top for top in maxima if top is not None], key=lambda top: top[0])
         ends = [(0.0, first, -values[0]), *((u, step, 0.0) for u, step in tops), (1.0, second, -values[-1])]
         least = min(height(first), height(second))
-        for minimum in shown(values):
+        for minimum in minima:
             after = next((i for i, end in enumerate(ends) if end[0] > minimum.u), len(ends) - 1)
             (begin, low, falling), (end, high, rising) = ends[after - 1], ends[after]
             known = [falling >= 0.0, rising <= 0.0]
