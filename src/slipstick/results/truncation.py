@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.compliance import FactoredCompliance
+from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
 from slipstick.balance.evaluation import respond
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
@@ -27,7 +27,7 @@ from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.layout import Batch, Tangents
+    from slipstick.balance.layout import Batch, PortPair, Tangents
     from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]
@@ -187,10 +187,9 @@ def truncation(
     small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
     stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
     for p in stiff.tolist():
-        D = _stiffness(balance, responses, p, n, new)
-        A = balance.receptance.adjusted(structures[p]).at(orders, omega[p])[0][:, :, : balance.n_ports]
-        passing = _held(A, D, added[p, : balance.n_ports, new].T)
-        force[p][:, new] += (D @ passing.ravel()).reshape(passing.shape)
+        tangents = _among_further(balance, responses, p, n, [0, *new])
+        value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
+        force[p][:, new] += _held(balance, tangents, value, added[p, : balance.n_ports, new].T)
     if stiff.size:
         less = answered(force[..., new])
         smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
@@ -218,15 +217,16 @@ def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
 
 
-def _stiffness(balance: Balance, responses: Sequence[Any], point: int, count: int, new: Sequence[int]) -> Array:
-    """Derivative of the forces of the further orders by their motion at a point, (n_ports k, n_ports k)."""
-    k = len(new)
-    out = np.zeros((balance.n_ports, k, balance.n_ports, k))
-    for batch, response in zip(balance.batches, responses, strict=True):
-        for pair, tangent in _coupling(batch, response.by_motion, np.array([point]), count).items():
-            _, felt, moving = batch.couplings[pair]
-            out[felt, :, moving] += tangent[0][:, new][:, :, new]
-    return out.reshape(balance.n_ports * k, -1)
+def _among_further(
+    balance: Balance, responses: Sequence[Any], point: int, count: int, columns: Sequence[int]
+) -> list[tuple[Array, PortPair]]:
+    """Derivatives (n, k, k) of some coefficients of the forces by the same of the motion, at a point, by port pair."""
+    return [
+        (T.reshape(count, batch.count, *T.shape[1:])[point][:, columns][:, :, columns], batch.coupled[pair])
+        for batch, response in zip(balance.batches, responses, strict=True)
+        for pair, T in response.by_motion.items()
+        if pair in batch.coupled
+    ]
 
 
 def _among(added: Array, new: Sequence[int], other: Array) -> Array:
@@ -236,20 +236,22 @@ def _among(added: Array, new: Sequence[int], other: Array) -> Array:
     return out
 
 
-def _held(A: ComplexArray, D: Array, free: Array) -> Array:
-    """Motion of the further orders (n_ports, 2 k) that the contacts let pass, from ``free`` without their stiffness.
+def _held(balance: Balance, tangents: Sequence[tuple[Array, PortPair]], value: ComplexArray, free: Array) -> Array:
+    """Change of the forces (n_ports, 2 k) of the further orders by the motion that the contacts let pass.
 
-    ``(1 + A D) X = free``: stiff contacts move far less than the forces of these orders would move the structure
-    alone. ``A`` (k, n_ports, n_ports) is the receptance.
+    Without their stiffness it is ``free``: ``(1 + A D) X = free``, for stiff contacts move far less than the forces of
+    these orders would move the structure alone. ``value`` is that of the ``Compliance``.
     """
-    k, ports = A.shape[0], A.shape[1]
-    B = np.zeros((ports, k, 2, ports, k, 2))
-    at = np.arange(k)
-    for i, j, part in ((0, 0, A.real), (0, 1, A.imag), (1, 0, -A.imag), (1, 1, A.real)):
-        B[:, at, i, :, at, j] = part
-    system = B.reshape(2 * ports * k, -1) @ D
-    system[np.diag_indices_from(system)] += 1.0
-    return np.asarray(np.linalg.solve(system, free.ravel())).reshape(free.shape)
+    value[:, :, 0] = 0.0
+    ports, L = balance.n_ports, 1 + free.shape[1]
+    transposed, motion, forces = np.eye(ports * L), np.zeros((ports, L)), np.zeros((ports, L))
+    for tangent, places in tangents:
+        sums().add_products(value, tangent, *places, transposed)
+    motion[:, 1:] = free
+    passing = np.linalg.solve(transposed.T, motion.ravel()).reshape(ports, L)
+    for tangent, places in tangents:
+        sums().add_force_changes(tangent, *places, passing, forces)
+    return forces[:, 1:]
 
 
 def _coupling(
