@@ -187,9 +187,9 @@ def truncation(
     small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
     stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
     for p in stiff.tolist():
-        tangents = _among_further(balance, responses, p, n, [0, *new])
+        stiffness = _among_further(balance, responses, p, n, [0, *new])
         value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
-        force[p][:, new] += _held(balance, tangents, value, added[p, : balance.n_ports, new].T)
+        force[p][:, new] += _held(balance, stiffness, value, added[p, : balance.n_ports, new].T)
     if stiff.size:
         less = answered(force[..., new])
         smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
