@@ -20,7 +20,7 @@ from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSe
 from slipstick.typing import Array
 from slipstick.units import compared
 
-_CACHED = 8
+_CACHED = 64
 """Number of steps whose amplitudes are cached."""
 AMPLITUDE_NOISE = 1e-11
 """Amplitude over the largest motion of contacts and outputs, up to which it is rounding."""
