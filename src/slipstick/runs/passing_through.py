@@ -25,6 +25,7 @@ from slipstick.io.loading import load_dataset
 from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
+from slipstick.replacing import make_folder, telling
 from slipstick.results.run_up import CONTACT_STATES, RunUp
 from slipstick.results.schema import ANALYSIS, attributes_of, versions
 from slipstick.runs.checkpoints import checkpoints_in
@@ -148,12 +149,10 @@ def _integrated(run: LongRun, listeners: tuple[EventFunction, ...]) -> Outcome:
 
 
 def _in_folder(run: LongRun, folder: Path, listeners: tuple[EventFunction, ...], case: Case | None = None) -> RunUp:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror or error}); choose another folder") from None
+    make_folder(folder)
     with ExitStack() as stack:
-        lock = FolderLock(folder)
+        with telling(folder):
+            lock = FolderLock(folder)
         stack.callback(lock.release)
         file, mark = folder / PASSED, _mark(run)
         place = journal_of(file)

@@ -409,5 +409,5 @@ def test_a_step_that_is_not_there_and_a_folder_that_is_not_there(tmp_path):
     state = ss.preload(iwan(), ss.LoadStep(loads=static("x", 0.1)))
     with pytest.raises(InputError, match="step: found 7; expected a whole number from -1 to 0"):
         state.table(7)
-    with pytest.raises(InputError, match=r"preload\.nc: cannot be written \(No such file or directory\)"):
+    with pytest.raises(InputError, match=r"preload\.nc: cannot be written \(there is no folder"):
         state.save(tmp_path / "missing" / "preload.nc")
