@@ -312,8 +312,8 @@ class Stepper:
         c[1][touching] = 0.0
         vander = self._vander[:, : len(c)] * length ** np.arange(len(c))
         values = vander @ c
-        # a contact that is at its limit and at rest: what is left of its motion is rounding
-        values[:, touching & (np.abs(values).max(axis=0) <= _ROUNDING * scale[0])] = 0.0
+        if touching.any():  # at its limit and at rest what is left of a motion is rounding
+            values[:, touching & (np.abs(values).max(axis=0) <= _ROUNDING * scale[0])] = 0.0
         suspicious = np.flatnonzero((values.min(axis=0) < 0) | (c[0] < 0) | ((c[0] == 0) & (c[1] < 0)))
         changes = ((_first_root(c[:, k], values[:, k], length), int(k)) for k in suspicious)
         return min((change for change in changes if change[0] <= length), default=None)
