@@ -1,4 +1,4 @@
-"""Files that are replaced as a whole or not at all."""
+"""Files that are replaced as a whole or not at all, and the one sentence where that fails."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import get_ident
+
+from slipstick.errors import InputError
 
 
 @contextmanager
@@ -22,6 +24,41 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[Path]:
+    """As ``replacing``; InputError where the file cannot be written."""
+    with telling(path), replacing(path) as temporary:
+        yield temporary
+
+
+@contextmanager
+def telling(path: Path) -> Iterator[None]:
+    """Make failures of the operating system in the block an InputError that names the file, or the folder."""
+    try:
+        yield
+    except OSError as error:
+        raise unwritable(path, _reason(path, error)) from None
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder, with those above it, unless it is there; InputError where that fails."""
+    with telling(path):
+        path.mkdir(parents=True, exist_ok=True)
+
+
+def unwritable(path: str | Path, reason: str) -> InputError:
+    """What is raised where a file or a folder cannot be written."""
+    return InputError(f"{path}: cannot be written ({reason}); choose another place")
+
+
+def _reason(path: Path, error: OSError) -> str:
+    if isinstance(error, FileNotFoundError) and not path.parent.exists():
+        return f"there is no folder {path.parent}"
+    if isinstance(error, FileExistsError):
+        return "found a file; expected a folder"
+    return (error.strerror or str(error) or type(error).__name__).lower()
 
 
 def remove_leftovers(path: Path) -> None:

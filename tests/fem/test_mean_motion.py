@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.counting import calls_of
 from scipy.sparse.linalg import spsolve
 
 import slipstick as ss
 from slipstick.errors import InputError
+from slipstick.fem import model as fem_model
 from slipstick.fem.box import box
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.mesh import together
@@ -36,6 +38,18 @@ def test_the_mean_of_a_plane_field_is_its_value_at_the_middle(kind):
     assert columns.T @ field(model, lambda p: p @ gradient.T) == pytest.approx(gradient @ middle, rel=1e-12)
     assert np.asarray(columns.sum(axis=0)) == pytest.approx(np.ones(3), rel=1e-12)
     assert model.dof_positions(["x1 y"])[0] == pytest.approx(middle, rel=1e-12)
+
+
+def test_the_shares_of_a_surface_are_computed_once(monkeypatch):
+    calls, model = calls_of(monkeypatch, fem_model, "shape_integrals"), bar()
+    assert all(model.has_direction(f"x1 {axis}") for axis in "xyz")
+    first = model.directions(["x1 x", "x1 y"])
+    model.dof_positions(["x1 z"])
+    assert (model.directions(["x1 x", "x1 y"]) != first).nnz == 0
+    assert len(calls) == 1
+    assert not model.has_direction("nowhere z")
+    replace(model, notes=("another",)).directions(["x1 x"])
+    assert len(calls) == 2
 
 
 def test_the_mean_of_a_curved_field_is_that_over_the_area():

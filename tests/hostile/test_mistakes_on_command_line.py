@@ -117,7 +117,7 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
     ),
     "a report into no folder": (
         ("report", "out", "-o", "nowhere/r.html"),
-        ("nowhere/r.html: the report cannot be wri",),
+        ("nowhere/r.html: cannot be written (there is ",),
     ),
     "fewer contacts than none": (
         ("report", "out", "--contacts", -1),
@@ -145,7 +145,7 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
     "a row that is not there": (("verify", "--only", "CF99"), ("no check is called CF99", "CF1")),
     "a table into no folder": (
         ("verify", "--markdown", "no/t.md"),
-        ("--markdown no/t.md: cannot be written: there is no",),
+        ("--markdown no/t.md: cannot be written (there is no",),
     ),
     # init and info
     "an example that is not there": (("init", "brake_squeel"), ("'brake_squeel'; did you mean 'brake_squeal'?",)),
@@ -346,7 +346,7 @@ SYSTEM: dict[str, tuple[Callable[[pytest.MonkeyPatch], None], tuple[object, ...]
     "a model on a full disk": (
         full,
         ("import", "m.msh", "-o", "new.h5", *MATERIAL),
-        "new.h5: cannot be written (No space left",
+        "new.h5: cannot be written (no space left",
     ),
 }
 

@@ -281,7 +281,7 @@ def test_an_unwritable_place_is_told_on_opening(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("error", "reason"),
-    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("odd"), "odd")],
+    [(OSError(errno.ENOSPC, "No space left on device"), "no space left on device"), (OSError("odd"), "odd")],
 )
 def test_why_a_branch_could_not_be_saved_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, reason: str
@@ -305,7 +305,7 @@ def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pyte
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(store_module, "write_netcdf", broken)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(InputError, match="no space left"):
         save_dataset(data * 2, path)
     assert opened(path)["omega"].values.tolist() == [1.0, 2.0]
 

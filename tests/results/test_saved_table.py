@@ -90,7 +90,7 @@ def test_peaks_of_a_branch(tmp_path: Path) -> None:
 def test_faults_of_tables(tmp_path: Path) -> None:
     with raises_fault("table", says=r"\.csv, \.mat"):
         reports.branch().save_table(tmp_path / "a.txt")
-    with pytest.raises(ss.InputError, match="the table cannot be written"):
+    with pytest.raises(ss.InputError, match="cannot be written"):
         reports.branch().save_table(tmp_path / "no" / "a.csv")
     with raises_fault("table", says='"point" or "peaks"'):
         reports.branch().save_table(tmp_path / "a.csv", "peak")

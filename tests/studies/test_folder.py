@@ -13,7 +13,6 @@ from slipstick.errors import InputError
 from slipstick.io.journal import Journal, read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.io.lock import FolderLock
-from slipstick.studies import folder as folder_module
 from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, Share, StudyFolder, study_mark
 from slipstick.studies.plan import make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
@@ -125,7 +124,7 @@ def test_results_that_cannot_be_written_leave_the_cases(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(folder_module, "save_dataset", full)
+        patch.setattr("slipstick.replacing._sync", full)
         with pytest.raises(InputError, match=r"cannot be written \(no space left on device\)"):
             place.write()
     assert (tmp_path / "study.journal").exists()

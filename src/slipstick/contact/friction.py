@@ -46,8 +46,8 @@ class FrictionContact(FrictionLaw):
         needed. What is kept is the gap: a copy with another ``kn`` has another normal load.
     rest
         Tangential motion, length, at which the stuck contact has no friction force, as ``ss.preload`` leaves it. While
-        it sticks all period its mean force is ``kt (x - rest)``, as far as friction admits. None: the middle of what
-        friction admits.
+        it sticks all period its mean force is ``kt (x - rest)``, as far as friction admits; motion in time begins in
+        equilibrium with that force. None: the middle of what friction admits; motion in time begins without force.
 
     Raises
     ------

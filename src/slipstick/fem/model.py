@@ -243,12 +243,24 @@ class FiniteElementModel:
         name, _, axis = dof.rpartition(" ")
         if axis not in COMPONENTS[:3] or dof in self._rows:
             return None
+        if name not in self._averaged:
+            self._averaged[name] = self._shares_of(name)
+        labels, shares = self._averaged[name]
+        return _Mean(labels, shares, COMPONENTS.index(axis)) if len(labels) else None
+
+    @cached_property
+    def _averaged(self) -> dict[str, tuple[IntArray, Array]]:
+        """``_shares_of`` the names that were asked for."""
+        return {}
+
+    def _shares_of(self, name: str) -> tuple[IntArray, Array]:
+        """Labels of the nodes of a surface or a node set (n,), and their shares in its mean; none of other names."""
         if self.mesh is not None and name in self.mesh.surfaces:
             shares = shape_integrals(self.mesh, self.mesh.surfaces[name])
             nodes = np.flatnonzero(shares)
-            return _Mean(self.mesh.labels[nodes], shares[nodes] / shares.sum(), COMPONENTS.index(axis))
-        labels = np.unique(self.node_sets.get(name, ()))
-        return _Mean(labels, np.full(len(labels), 1.0 / len(labels)), COMPONENTS.index(axis)) if len(labels) else None
+            return self.mesh.labels[nodes], shares[nodes] / shares.sum()
+        labels = np.unique(self.node_sets.get(name, np.empty(0, dtype=np.int64)))
+        return labels, np.full(len(labels), 1.0 / max(len(labels), 1))
 
     def _mean_motion(self, dof: str, mean: _Mean) -> csr_array:
         row = csr_array(mean.at(self.dof_nodes, self.dof_components)[None])

@@ -20,7 +20,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ImportedModel
 from slipstick.io.hdf5 import created, opened, own_node, require_own
-from slipstick.replacing import replacing
+from slipstick.replacing import writing
 from slipstick.typing import Sparse
 
 if TYPE_CHECKING:
@@ -48,11 +48,8 @@ def save_model(model: ImportedModel, path: Path) -> Path:
         If the file cannot be written.
     """
     path = Path(path)
-    try:
-        with replacing(path) as part, created(part) as (file, _):
-            _write(file, model)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
+    with writing(path) as part, created(part) as (file, _):
+        _write(file, model)
     return path
 
 

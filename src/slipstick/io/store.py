@@ -16,12 +16,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import UNLIMITED, Further, Group, StoredVariable, read_netcdf, write_netcdf
-from slipstick.replacing import replacing
+from slipstick.replacing import replacing, writing
 from slipstick.results.schema import Layout, make_table
 from slipstick.results.table import ResultTable
 from slipstick.typing import AnyArray, Array
@@ -215,11 +214,7 @@ def save_branch(branch: Solutions, path: str | Path) -> Path:
 
     path = path_of("save", path, "the path of a results file such as results.nc")
     groups = _described(branch.problem, branch.without)
-    try:
-        save_dataset(branch.dataset, path, groups)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(f"{path}: cannot be written ({reason}); choose another place") from None
+    save_dataset(branch.dataset, path, groups)
     without = groups[GROUP].attributes.get(WITHOUT)
     if branch.problem is not None and without:
         warn([f"{path}: saved without the problem: {without}; give it to ss.load again"])
@@ -227,10 +222,16 @@ def save_branch(branch: Solutions, path: str | Path) -> Path:
 
 
 def save_dataset(dataset: xarray.Dataset, path: str | Path, groups: Mapping[str, Group] | None = None) -> None:
-    """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete."""
+    """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
     variables = {
         str(name): StoredVariable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
         for name, v in sorted(dataset.variables.items(), key=lambda item: item[0] not in dataset.coords)
     }
-    with replacing(Path(path)) as temporary:
+    with writing(Path(path)) as temporary:
         write_netcdf(temporary, Group(variables=variables, attributes=dataset.attrs), groups)

@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import whole, wrong
-from slipstick.replacing import replacing
+from slipstick.replacing import writing
 from slipstick.results.contacts import states_at
 from slipstick.results.interface import interfaces_of
 from slipstick.results.saved_table import write_table
@@ -215,12 +215,8 @@ def _triangles(triangles: AnyArray) -> str:
 
 
 def _written(target: Path, lines: Iterator[str]) -> None:
-    try:
-        with replacing(target) as temporary, temporary.open("w", encoding="utf-8") as file:
-            file.writelines(f"{line}\n" for line in lines)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{target}: the shape cannot be written ({reason}); choose another place") from None
+    with writing(target) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in lines)
 
 
 def _lines(

@@ -12,6 +12,7 @@ from cycler import cycler
 
 from slipstick.faults import wrong
 from slipstick.plots.shown import by_pyplot
+from slipstick.replacing import writing
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -251,5 +252,6 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in formats]
     for path in paths:
         metadata = {"Date": None} if path.suffix == ".svg" else {}
-        figure.savefig(path, dpi=150, metadata=metadata)
+        with writing(path) as temporary:
+            figure.savefig(temporary, format=path.suffix.removeprefix("."), dpi=150, metadata=metadata)
     return paths

@@ -269,9 +269,9 @@ def _share(value: float) -> str:
 def _energy(data: Any) -> str:
     error = data["energy_error"].to_numpy()
     return (
-        f"<p>Of the energy turned over since the start, {float(error[-1]):.2g} is missing at the end, at most "
-        f"{float(error.max()):.2g} on the way. The work of loads and rubbing, what damping and friction dissipate and "
-        "what is stored are computed independently.</p>"
+        f"<p>Of the energy stored at the start and turned over since, {float(error[-1]):.2g} is missing at the end, "
+        f"at most {float(error.max()):.2g} on the way. The work of loads and rubbing, what damping and friction "
+        "dissipate and what is stored are computed independently.</p>"
     )
 
 

@@ -18,7 +18,7 @@ from slipstick import __version__
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
-from slipstick.replacing import replacing
+from slipstick.replacing import writing
 from slipstick.report.encoding import gathered, safe_json
 from slipstick.results.solutions import Solutions
 from slipstick.results.view import VIEWS
@@ -202,14 +202,10 @@ def labelled(branches: object) -> list[tuple[str, Solutions]]:
 
 
 def _write(path: Path, content: str) -> None:
-    try:
+    with writing(path) as temporary:
         if path.exists() and not _is_report(path):
             raise InputError(f"{path}: there is a file that is no report; choose another name")
-        with replacing(path) as temporary:
-            temporary.write_text(content, encoding="utf-8")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from None
+        temporary.write_text(content, encoding="utf-8")
 
 
 def _is_report(path: Path) -> bool:

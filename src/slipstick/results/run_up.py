@@ -38,7 +38,7 @@ VARIABLES: Mapping[str, Declared] = {
     "stick_fraction": Declared(("contact",), "1", "fraction of the period in stick"),
     "slip_fraction": Declared(("contact",), "1", "fraction of the period in slip"),
     "energy_error": Declared(
-        (), "1", "what is missing in the energy balance, over all energy turned over since the start"
+        (), "1", "what is missing in the energy balance, over all energy stored at the start or turned over since"
     ),
 }
 """Variables stored of every period."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterator, Mapping
+from io import BytesIO
 from itertools import product
 from keyword import iskeyword
 from math import isfinite
@@ -23,7 +24,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
-from slipstick.replacing import replacing
+from slipstick.replacing import writing
 from slipstick.results.response_functions import OTHER_FILES, write_functions
 from slipstick.results.schema import LARGEST
 from slipstick.results.view import names_of, unit_of
@@ -91,12 +92,13 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     elif not tables and ending != ".mat":
         raise InputError(Fault("table", "there are no rows in these results", remedy="write a .mat file"))
     chosen = tables if table is None else {table: tables[table]}
-    if ending == ".csv":
-        _written(target, lambda temporary: _csv(data, next(iter(chosen.values())), temporary))
-    elif ending == ".xlsx":
-        _written(target, lambda temporary: _xlsx(data, chosen, temporary))
-    else:
-        _written(target, lambda temporary: _mat(data, temporary))
+    with writing(target) as temporary:
+        if ending == ".csv":
+            _csv(data, next(iter(chosen.values())), temporary)
+        elif ending == ".xlsx":
+            temporary.write_bytes(_xlsx(data, chosen, target))
+        else:
+            _mat(data, temporary)
     return target
 
 
@@ -111,16 +113,6 @@ def _target(path: str | Path) -> Path:
 def is_universal(path: str | Path) -> bool:
     """Whether a file is to hold response functions, whose forces the problem has."""
     return Path(path).suffix.lower() in _UNIVERSAL
-
-
-def _written(target: Path, write: Callable[[Path], None]) -> None:
-    """Replace a file by a new one; InputError where that fails."""
-    try:
-        with replacing(target) as temporary:
-            write(temporary)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"{target}: the table cannot be written ({reason}); choose another place") from None
 
 
 def tables_of(data: xarray.Dataset) -> dict[str, tuple[str, ...]]:
@@ -152,7 +144,8 @@ def write_table_of(solutions: Solutions, path: str | Path, table: str | None = N
     if is_universal(target):
         if table is not None:
             raise InputError(Fault("table", "a universal file holds response functions alone", remedy="leave it out"))
-        _written(target, lambda temporary: write_functions(solutions, temporary))
+        with writing(target) as temporary:
+            write_functions(solutions, temporary)
         return target
     return write_table(solutions.dataset, path, table, {"peaks": lambda: _peaks(solutions)})
 
@@ -190,8 +183,11 @@ def _csv(data: xarray.Dataset, rows: tuple[str, ...], target: Path) -> None:
         writer.writerows(zip(*(values for _, values in columns), strict=True))
 
 
-def _xlsx(data: xarray.Dataset, tables: Mapping[str, tuple[str, ...]], target: Path) -> None:
-    """Numbers that are not finite are empty cells; texts are never taken for formulas."""
+def _xlsx(data: xarray.Dataset, tables: Mapping[str, tuple[str, ...]], target: Path) -> bytes:
+    """Numbers that are not finite are empty cells; texts are never taken for formulas.
+
+    The whole file: openpyxl leaves its parts open where it cannot write.
+    """
     try:
         from openpyxl import Workbook
         from openpyxl.cell import WriteOnlyCell
@@ -218,7 +214,9 @@ def _xlsx(data: xarray.Dataset, tables: Mapping[str, tuple[str, ...]], target: P
         sheet.append([cell(head) for head, _ in columns])
         for row in zip(*(values for _, values in columns), strict=True):
             sheet.append([cell(value) for value in row])
-    book.save(target)
+    content = BytesIO()
+    book.save(content)
+    return content.getvalue()
 
 
 def _sheet_name(name: str, number: int, count: int) -> str:

@@ -6,6 +6,8 @@ import errno
 import tempfile
 import traceback
 
+from slipstick.errors import InputError
+
 
 def os_sentence(error: OSError) -> str:
     """A failure of the operating system with its remedy."""
@@ -18,7 +20,9 @@ def os_sentence(error: OSError) -> str:
 
 
 def fault_sentence(error: Exception) -> str:
-    """Any failure but that of input: of the operating system, or of the program itself."""
+    """Any failure: of input, as a place that cannot be written, of the operating system, or of the program itself."""
+    if isinstance(error, InputError):
+        return "; ".join(error.sentences)
     return os_sentence(error) if isinstance(error, OSError) else internal_sentence(error)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipstick.errors import InputError
 from slipstick.io.lock import FolderLock
-from slipstick.replacing import remove_leftovers
+from slipstick.replacing import remove_leftovers, telling
 
 RESULTS, REPORT = "results.nc", "report.html"
 FITTED, PASSED, LOADED = "identify.nc", "run_up.nc", "preload.nc"
@@ -49,23 +49,17 @@ class OutputFolder:
         self._created: list[Path] = []
         self._copied: Path | None = None
         self._lock: FolderLock | None = None
-        if folder.exists() and not folder.is_dir():
-            raise InputError(
-                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
-            )
         self._refuse(force)
         try:
-            self._make(folder)
-            self._lock = FolderLock(folder)
-            earlier = self._refuse(force)  # once more: a run that held the lock until now may have left some
-            self.work = self._free("unfinished") if earlier else folder
-            self._make(self.work)
-            with tempfile.TemporaryFile(dir=self.work):
-                pass
-            remove_leftovers(self.results)
-        except OSError as error:
-            self.abandon()
-            raise InputError(f"{folder}: cannot be written ({_reason(error)}); choose another folder with -o") from None
+            with telling(folder):
+                self._make(folder)
+                self._lock = FolderLock(folder)
+                earlier = self._refuse(force)  # once more: a run that held the lock until now may have left some
+                self.work = self._free("unfinished") if earlier else folder
+                self._make(self.work)
+                with tempfile.TemporaryFile(dir=self.work):
+                    pass
+                remove_leftovers(self.results)
         except BaseException:
             self.abandon()
             raise
@@ -186,10 +180,8 @@ class FolderOfRun(OutputFolder):
     def __init__(self, folder: Path) -> None:
         require_folder(folder)
         self.folder, self._created = folder, []
-        try:
+        with telling(folder):
             self._lock = FolderLock(folder)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be written ({_reason(error)}); check who owns it") from None
         self.work = work_of(folder)
         remove_leftovers(self.results)
 
@@ -233,7 +225,3 @@ def _text(path: Path) -> str | None:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return None
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or type(error).__name__).lower()

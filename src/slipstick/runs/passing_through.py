@@ -15,7 +15,6 @@ import numpy as np
 from slipstick.analysis.road.events import Event, EventFunction, PointFound
 from slipstick.analysis.road.request import heard_by
 from slipstick.analysis.time_domain.long_run import LongRun, PeriodDone, checked
-from slipstick.analysis.time_domain.piecewise_model import start_warnings
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError, Outcome
@@ -26,6 +25,7 @@ from slipstick.io.loading import load_dataset
 from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
+from slipstick.replacing import make_folder, telling
 from slipstick.results.run_up import CONTACT_STATES, RunUp
 from slipstick.results.schema import ANALYSIS, attributes_of, versions
 from slipstick.runs.checkpoints import checkpoints_in
@@ -48,7 +48,9 @@ def run_up(
     listener: Callable[[PeriodDone], object] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
 ) -> RunUp:
-    """Passing through: the motion while the speed of the excitation grows or falls evenly, or stays, from rest.
+    """Passing through: the motion while the speed of the excitation grows or falls evenly, or stays.
+
+    It begins at rest, or in the state of the preload where there is one.
 
     The integration is that of ``ss.transient``, exact but for rounding between changes of contact state, and
     independent of the balance. The excitation turns by ``phi(t) = omega_1 t + rate t^2 / 2``: loads and periodic
@@ -88,7 +90,8 @@ def run_up(
     ------
     InputError
         For values out of range, a structure that turns with the excitation, laws that are not told in time, planar
-        contacts whose rubbing velocity is tied to a speed that grows, a folder with another run.
+        contacts whose rubbing velocity is tied to a speed that grows, a folder with another run, a preload without
+        equilibrium under the static loads.
 
     Examples
     --------
@@ -146,12 +149,10 @@ def _integrated(run: LongRun, listeners: tuple[EventFunction, ...]) -> Outcome:
 
 
 def _in_folder(run: LongRun, folder: Path, listeners: tuple[EventFunction, ...], case: Case | None = None) -> RunUp:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror or error}); choose another folder") from None
+    make_folder(folder)
     with ExitStack() as stack:
-        lock = FolderLock(folder)
+        with telling(folder):
+            lock = FolderLock(folder)
         stack.callback(lock.release)
         file, mark = folder / PASSED, _mark(run)
         place = journal_of(file)
@@ -216,7 +217,7 @@ def _dataset(run: LongRun, rows: Sequence[Any] | Array, notes: list[dict[str, An
         data[name] = "change", np.array([CONTACT_STATES[int(s)] for s in changes[:, k]], dtype=np.str_)
     coords = {name: (name, np.array(known, dtype=np.str_)) for name, known in layout.labels.items()}
     said = f"{len(rows)} of {run.periods} periods are integrated"
-    attributes = attributes_of(run.problem, outcome, said, _warnings(run.problem), analysis="run_up")
+    attributes = attributes_of(run.problem, outcome, said, problem_warnings(run.problem), analysis="run_up")
     attributes |= {"start": run.start, "stop": run.stop, "rate": run.rate, "periods": run.periods}
     return xarray.Dataset(data, coords={**coords, "period": np.arange(1, len(rows) + 1)}, attrs=attributes)
 
@@ -248,7 +249,7 @@ def _checked(problem: Any, omega: Any, rate: Any, periods: Any, samples: Any, st
     if not swept:
         return LongRun(
             problem=problem, start=speeds[0], stop=speeds[0], rate=0.0, periods=int(most or 1),
-            samples=int(samples or 0), steps=steps, warnings=_warnings(problem),
+            samples=int(samples or 0), steps=steps, warnings=problem_warnings(problem),
         )  # fmt: skip
     start, stop = speeds
     count = int((start + stop) * abs(stop - start) / (4 * np.pi * float(rate)) + 1e-9)
@@ -258,12 +259,8 @@ def _checked(problem: Any, omega: Any, rate: Any, periods: Any, samples: Any, st
     signed = float(rate) if stop > start else -float(rate)
     return LongRun(
         problem=problem, start=start, stop=stop, rate=signed, periods=min(count, most or count),
-        samples=int(samples or 0), steps=steps, warnings=_warnings(problem),
+        samples=int(samples or 0), steps=steps, warnings=problem_warnings(problem),
     )  # fmt: skip
-
-
-def _warnings(problem: Problem) -> list[str]:
-    return [*problem_warnings(problem), *start_warnings(problem)]
 
 
 def _speeds(checks: Gathering, omega: Any, problem: Problem) -> Iterator[float]:

@@ -19,6 +19,7 @@ from slipstick.io.journal import Journal, Recorded, read_journal, unpacked
 from slipstick.io.lock import FolderLock
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
+from slipstick.replacing import make_folder, telling
 from slipstick.results.schema import ANALYSIS
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
@@ -73,16 +74,10 @@ class StudyFolder:
         self._mark, self._layout = study_mark(job, plan), row_layout(job, plan)
         self._journal: Journal | None = None
         self._path, self._begun = path, False
-        if folder.exists() and not folder.is_dir():
-            raise InputError(
-                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
-            )
         self._made = not folder.exists()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
+        with telling(folder):
             self._lock = FolderLock(folder, f".{share.name}.lock")
-        except OSError as error:
-            raise _unwritable(folder, error) from None
         try:
             self._alone()
             self.cases: dict[int, CaseSolved] = self._read()
@@ -172,13 +167,8 @@ class StudyFolder:
         """
         self.cases = self._read()  # with what other shares have computed by now
         dataset = self.dataset()
-        try:
-            save_dataset(
-                curves_dataset(self.job, _shown(self.plan, self.cases), dataset.attrs), self.folder / CURVES_FILE
-            )
-            save_dataset(dataset, self.folder / STUDY_FILE)
-        except OSError as error:
-            raise _unwritable(self.folder, error) from None
+        save_dataset(curves_dataset(self.job, _shown(self.plan, self.cases), dataset.attrs), self.folder / CURVES_FILE)
+        save_dataset(dataset, self.folder / STUDY_FILE)
         if self.complete:
             self._close()
             for path in (*self.folder.glob(JOURNALS), *self.folder.glob(f".{JOURNALS}.*.tmp")):
@@ -222,8 +212,3 @@ def study_mark(job: Job, plan: StudyPlan) -> str:
 def _shown(plan: StudyPlan, cases: Mapping[int, CaseSolved]) -> dict[int, CaseSolved]:
     """The cases along the parameters: all but the tuned disc."""
     return {case: solved for case, solved in cases.items() if case != plan.tuned}
-
-
-def _unwritable(folder: Path, error: OSError) -> InputError:
-    reason = (error.strerror or type(error).__name__).lower()
-    return InputError(f"{folder}: cannot be written ({reason}); choose another folder with -o")

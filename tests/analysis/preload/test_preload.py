@@ -252,11 +252,13 @@ def test_motion_in_time_has_the_mean_of_the_preload(amplitude):
     np.testing.assert_allclose(check.mean_in_time, branch.dataset["mean"].values[0], rtol=1e-5)
     assert check.converged
     assert branch.dataset.stable.item() == 1
-    with pytest.warns(ss.SlipstickWarning, match="not from rest and the preload of a, b"):
-        ss.transient(vibrating, 3.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        ss.transient(problem, 3.0)
+    for begun in (vibrating, problem):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            motion = ss.transient(begun, 3.0)
+        if amplitude == 0.1:  # neither foot slips while the motion sets in
+            mean = branch.dataset["mean"].values[0] if begun is vibrating else np.zeros(2)
+            np.testing.assert_allclose(motion.mean, mean, rtol=1e-8, atol=1e-12)
 
 
 @pytest.mark.parametrize("rests", [(0.0, 0.0), (None, 0.0), (0.0, None)])
@@ -407,5 +409,5 @@ def test_a_step_that_is_not_there_and_a_folder_that_is_not_there(tmp_path):
     state = ss.preload(iwan(), ss.LoadStep(loads=static("x", 0.1)))
     with pytest.raises(InputError, match="step: found 7; expected a whole number from -1 to 0"):
         state.table(7)
-    with pytest.raises(InputError, match=r"preload\.nc: cannot be written \(No such file or directory\)"):
+    with pytest.raises(InputError, match=r"preload\.nc: cannot be written \(there is no folder"):
         state.save(tmp_path / "missing" / "preload.nc")

@@ -447,7 +447,7 @@ def _reaction(step: Step, before: Step | None) -> Reaction | None:
 
 
 def settled_in_time(request: CurveRequest) -> Array | None:
-    """Approximate motion of the contacts (N,) from time integration from rest; None where that is not possible."""
+    """Approximate motion of the contacts (N,) from time integration; None where that is not possible."""
     from slipstick.analysis.time_domain.transient import transient
 
     problem = request.problem

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -21,7 +22,7 @@ from slipstick.faults import Gathering, one, several, warn, whole, wrong
 from slipstick.faults import path as path_of
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.html import some
-from slipstick.replacing import replacing
+from slipstick.replacing import writing
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -143,14 +144,15 @@ class Preload:
         InputError
             If the file cannot be written.
         """
+        import h5netcdf
+        from xarray.backends import H5NetCDFStore
+
         target = path_of("save", path, "the path of a file such as preload.nc")
-        try:
-            with replacing(target) as temporary:
-                temporary.touch()  # its errors say what is wrong; those of HDF5 do not
-                self.dataset.to_netcdf(temporary, engine="h5netcdf")
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise InputError(f"{target}: cannot be written ({reason}); choose another place") from None
+        content = BytesIO()  # HDF5 crashes where it cannot write to a file, as on a full disk
+        with h5netcdf.File(content, "w") as file:
+            self.dataset.dump_to_store(H5NetCDFStore(file))
+        with writing(target) as temporary:
+            temporary.write_bytes(content.getbuffer())
         return target
 
     def __repr__(self) -> str:

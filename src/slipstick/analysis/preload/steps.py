@@ -10,9 +10,8 @@ from slipstick.balance.contacts import ContactPair, DirectionLike
 from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
-from slipstick.contact.law import Law
 from slipstick.contact.names import standing_for
-from slipstick.errors import Fault, InputError
+from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, in_radians, number, several, suggestion, table, text, whole
 from slipstick.structure.protocol import CENTRIFUGAL, DISPLACEMENT, TEMPERATURE, Structure
 from slipstick.typing import Frequency
@@ -222,7 +221,6 @@ def targets(problem: Problem, steps: Sequence[LoadStep]) -> list[Target]:
     for load in static_loads(problem):
         if load.place not in named:
             acting[load.place] = added(acting.get(load.place), load)
-    laws = {problem.elements[e]: batch.law for batch in problem.batches for e in batch.numbers}
     out = []
     for k, step in enumerate(steps):
         new = dict[tuple[Hashable, ...], Load]()
@@ -233,7 +231,7 @@ def targets(problem: Problem, steps: Sequence[LoadStep]) -> list[Target]:
         for key in found:
             for name, value in getattr(step, key).items():
                 elements = standing_for(name, problem.elements)
-                faults = list(_bolt_faults(name, elements, problem, laws))
+                faults = list(_bolt_faults(name, elements, problem))
                 gathering.faults += [fault.inside("steps", k, key, name) for fault in faults]
                 found[key] |= dict.fromkeys(elements, value)
         gathering.faults += [
@@ -276,25 +274,14 @@ def _acts_on(load: Load) -> dict[str, Any]:
     return {"dof": load.dof, "shape": load.shape, "base": load.base, "motion": load.motion}
 
 
-def _bolt_faults(name: str, elements: Sequence[int], problem: Problem, laws: Mapping[str, Law]) -> Iterator[Fault]:
+def _bolt_faults(name: str, elements: Sequence[int], problem: Problem) -> Iterator[Fault]:
     if not elements:
         what = f"there is no bolt '{name}' among the contacts"
         yield Fault(statement=what, remedy=suggestion(name, problem.elements))
         return
+    pairs = [pair for pair in problem.contacts for _ in range(len(pair))]
     for e in elements:
-        law = laws[problem.elements[e]]
-        ports = _ports(problem, e)
-        if not isinstance(law, FrictionContact) or ports != {"normal"}:
+        if not (pairs[e].is_spring and isinstance(pairs[e].contact, FrictionContact)):
             remedy = "tighten what ss.bolt makes"
             yield Fault(statement=f"'{problem.elements[e]}' is no bolt: it slides or has no normal", remedy=remedy)
             return
-
-
-def _ports(problem: Problem, element: int) -> set[str]:
-    """Names of the ports that an element has a direction of."""
-    for batch in problem.batches:
-        if element in batch.numbers:
-            pair, k = batch.members[batch.numbers.index(element)]
-            contact = problem.contacts[pair]
-            return {port for port in contact.contact.ports if contact.direction(port, k) is not None}
-    raise InputError(Fault("contact", f"there is no element {element}"))

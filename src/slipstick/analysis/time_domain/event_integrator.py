@@ -141,6 +141,8 @@ class Stepper:
         while angle**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
+        self.changed: set[int] = set()
+        """Contacts that changed their state in the current period, numbered as in the combination."""
         self.reset_lengths()
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
@@ -310,13 +312,15 @@ class Stepper:
         c[1][touching] = 0.0
         vander = self._vander[:, : len(c)] * length ** np.arange(len(c))
         values = vander @ c
+        if touching.any():  # at its limit and at rest what is left of a motion is rounding
+            values[:, touching & (np.abs(values).max(axis=0) <= _ROUNDING * scale[0])] = 0.0
         suspicious = np.flatnonzero((values.min(axis=0) < 0) | (c[0] < 0) | ((c[0] == 0) & (c[1] < 0)))
         changes = ((_first_root(c[:, k], values[:, k], length), int(k)) for k in suspicious)
         return min((change for change in changes if change[0] <= length), default=None)
 
     def period(self, z: Array, states: Combination, tau: float = 0.0) -> Iterator[Piece | StateChange]:
         """Pieces and state changes of one period; ends with ``self.z``, ``self.states`` set to the state at its end."""
-        self.z, self.states = z.copy(), states
+        self.z, self.states, self.changed = z.copy(), states, set()
         system, i = self.model.system, 0
         while i < self.steps:
             linear = self.model(self.states)
@@ -396,6 +400,7 @@ class Stepper:
         j, before = switch.contact, self.states[switch.contact]
         after = switch.target if switch.target is not None else self._onset(j)
         z, extended = self.z.copy(), self.model.extended(linear, self.z[None])[0]
+        self.changed.add(j)
         self.enter(j, after, float(linear.fx[j] @ extended))
         size = float(np.maximum(self._magnitude(linear) @ np.abs(extended), 1e-300)[:, index].sum())
         return StateChange(
@@ -441,6 +446,7 @@ class Stepper:
         contact, place = s.laws.switching[number], s.n_contacts + number
         at = contact.at(*self.model.law_motion(linear, z[None]))
         before = int(self.states[place])
+        self.changed.add(place)
         after = contact.regimes.after(before, guard, at)
         rate = self.model.rate(linear, z[None])[0]
         by_guard = contact.regimes.guard_slope(before, guard, at)

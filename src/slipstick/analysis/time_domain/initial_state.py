@@ -1,4 +1,4 @@
-"""Initial states of a time integration: rest, or a given periodic motion of the contacts."""
+"""Initial states of a time integration: rest, the equilibrium of a preload, or a given periodic motion of contacts."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slipstick.analysis.time_domain.equilibrium import Equilibrium
 from slipstick.analysis.time_domain.event_integrator import Stepper, replaced, spring_memory
 from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime, port_motion
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, State
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import AnyArray, Array
 
 _SAMPLES, _LAPS = 2048, 3
 """Samples of a period at which forces along a given motion are marched, and periods until those of laws that switch
@@ -25,6 +26,10 @@ _ROUNDS, _SWEEPS = 3, 30
 
 _STEPS, _PERIODS, _SAME = 64, 20, 1e-3
 """Steps a period and most periods in which the memory of a law becomes periodic, and its relative change then."""
+
+
+_LONGEST_NEWTON, _SETTLED = 20, 1e-15
+"""Most iterations until the structure is in balance, and the last correction, over its motion, that is rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +51,15 @@ class HarmonicStart:
     """Mean friction forces (n,) of friction contacts that stick all period; nan: the middle of what is admissible."""
 
 
+def started(stepper: Stepper, start: HarmonicStart | Equilibrium | None) -> tuple[Array, Combination]:
+    """State and contact states with which an integration begins; None is rest."""
+    if start is None:
+        return start_at_rest(stepper)
+    if isinstance(start, HarmonicStart):
+        return start_from_motion(stepper, start)
+    return start_from_equilibrium(stepper, start)
+
+
 def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
     """No displacement, no velocity, springs without force; contacts touch where their gap is closed."""
     system = stepper.model.system
@@ -54,6 +68,56 @@ def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
     return with_forces(stepper, z, states, np.zeros(system.n_contacts))
+
+
+def start_from_equilibrium(stepper: Stepper, start: Equilibrium) -> tuple[Array, Combination]:
+    """The structure in balance with contacts that stick with the forces of an equilibrium, as far as they are closed.
+
+    The balance is solved for once more by the equations in time, so that nothing moves until something acts. Loads and
+    prescribed motions that vary set in suddenly, and contacts answer that at once.
+    """
+    model, system = stepper.model, stepper.model.system
+    n, laws, z = system.n, system.laws, np.zeros(system.size)
+    z[system.n_dynamic] = 1.0
+    states: list[State | int] = []
+    for j in range(system.n_contacts):
+        stuck = State.STICK if model.frictional[j] else model.without_friction(j)
+        states.append(stuck if start.normal[j] > 0.0 else State.SEPARATION)
+        if states[j] is State.STICK:
+            z[2 * n + j] = start.friction[j] - system.kt[j] * start.tangential[j]
+    still = start.ports[None], np.zeros((1, laws.n_ports)), np.zeros((1, laws.n_memory))
+    for own in laws.switching:
+        (regime,), memory = own.regimes.begin(start.forces[own.ports, None], own.at(*still))
+        z[system.memory.start + own.memory] = memory[:, 0]
+        states.append(int(regime))
+    combination = tuple(states)
+    linear = model(combination)
+    for _ in range(_LONGEST_NEWTON):
+        missing = model.rate(linear, z[None])[0][n : 2 * n]
+        A = model.rate_slopes(linear, z[None])[0] if linear.smooth else linear.A
+        step = _solution(A[n : 2 * n, :n], -missing)
+        z[:n] += step
+        if np.abs(step).max(initial=0.0) <= _SETTLED * np.abs(z[:n]).max(initial=0.0):
+            break
+    z[system.n_dynamic :] = system.forcing(0.0)
+    return _admissible(stepper, z, combination)
+
+
+def _admissible(stepper: Stepper, z: Array, combination: Combination) -> tuple[Array, Combination]:
+    """Contacts closed where they touch, and with the friction forces that they have in z, up to their limits."""
+    model, system = stepper.model, stepper.model.system
+    linear, states = model(combination), list(combination)
+    extended, others = model.extended(linear, z[None])[0], model.law_forces(linear, z[None])[0][0]
+    y = system.approach @ z[system.n_dynamic :]
+    y[system.has_normal] += linear.motion[system.n_contacts : system.n_forces] @ extended
+    limit = system.mu * system.kn * np.maximum(y, 0.0)
+    for j in range(system.n_contacts):
+        if y[j] <= 0.0:
+            states[j] = State.SEPARATION
+        elif states[j] is State.SEPARATION:
+            states[j] = State.STICK
+    fx = np.clip(linear.fx @ extended, -limit, limit)
+    return with_forces(stepper, z, tuple(states), fx, others)
 
 
 def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Combination]:
@@ -277,10 +341,15 @@ def _answer(system: FrictionSystem, fx: Array, fy: Array, others: Array) -> tupl
         w = m * system.omega
         Z = equations.K - w**2 * equations.M + 1j * w * equations.C
         right = equations.columns @ force[:, m]
-        try:
-            answer = np.linalg.solve(Z, right)
-        except np.linalg.LinAlgError:  # at rest a structure that is not held: without rigid-body motion
-            answer = np.linalg.lstsq(Z, right, rcond=None)[0]
+        answer = _solution(Z, right)
         q += answer.real
         p += (1j * m * answer).real
     return q, p
+
+
+def _solution(matrix: AnyArray, right: AnyArray) -> AnyArray:
+    """Of linear equations; at rest that of a structure that is not held is without rigid-body motion."""
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(matrix, right, rcond=None)[0]

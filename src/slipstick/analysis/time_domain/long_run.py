@@ -16,8 +16,9 @@ import numpy as np
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.request import AnalysisRequest
 from slipstick.analysis.road.run import Run
+from slipstick.analysis.time_domain.equilibrium import equilibrium
 from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
-from slipstick.analysis.time_domain.initial_state import start_at_rest
+from slipstick.analysis.time_domain.initial_state import started
 from slipstick.analysis.time_domain.period_record import Energy, PeriodSums
 from slipstick.analysis.time_domain.piecewise import Combination, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, integration_faults
@@ -159,7 +160,7 @@ class LongRun(AnalysisRequest):
         system = stepper.model.system
         outputs = slice(len(system.equations.rows) - len(self.problem.outputs or ()), len(system.equations.rows))
         if begin is None:
-            stepper.z, stepper.states = start_at_rest(stepper)
+            stepper.z, stepper.states = started(stepper, equilibrium(self.problem, self.start))
             energy.at_start = PeriodSums(stepper=stepper, outputs=outputs, energy=energy).stored()
         else:
             stepper.z, stepper.states, energy = begin.z.copy(), begin.states, Energy(**asdict(begin.energy))
@@ -264,7 +265,7 @@ class PeriodRun(Run[LongRun]):
     """An integration under way: its points are periods."""
 
     def points(self) -> Generator[PeriodDone, None, None]:
-        """Every period, from rest or after the last checkpoint."""
+        """Every period, from the beginning or after the last checkpoint."""
         request = self.request
         for done in request.after(request.checkpoints[-1].own["end"] if request.checkpoints else None):
             end = done.checkpoint

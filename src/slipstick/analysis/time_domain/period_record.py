@@ -129,9 +129,9 @@ class Energy:
     """Kinetic energy and that of springs, of the structure and of contacts."""
 
     def error(self, now: float) -> float:
-        """Error of the energy balance, relative to all energy that was turned over."""
+        """Error of the energy balance, relative to all energy that was stored at the start or turned over."""
         balance = now - self.at_start - (self.load + self.rubbing - self.damping - self.contact)
-        return abs(balance) / max(self.turned_over, 1e-300)
+        return abs(balance) / max(self.at_start + self.turned_over, 1e-300)
 
 
 @dataclass(kw_only=True)

@@ -11,10 +11,9 @@ from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem
 from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.contact.law import Law
-from slipstick.contact.rest import REST
+from slipstick.contact.rest import REST, SECOND_REST
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
-from slipstick.html import some
 from slipstick.structure.checks import beside, dense
 from slipstick.structure.protocol import TimeEquations
 from slipstick.trig.harmonics import Harmonics
@@ -27,12 +26,6 @@ if TYPE_CHECKING:
 
 HELD_PARAMETERS = ("mu", "kt", "kn", "gap")
 """Contact parameters that can be given instead of the problem's."""
-
-REST_LEFT_OUT = (
-    "the motion in time begins without displacement and without friction forces, not from rest and the preload of {}: "
-    "contacts that stick have other mean forces than in steady_response; begin from a point of a branch, "
-    "branch.check_in_time"
-)
 
 
 def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | None = None) -> FrictionSystem:
@@ -86,17 +79,6 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
         law_motion=np.concatenate([np.zeros((0, h.size)), *(g.motion.reshape(-1, h.size) for _, g in others)]),
         law_velocity=np.concatenate([np.zeros(0), *(g.speed(omega).reshape(-1) for _, g in others)]),
     )  # fmt: skip
-
-
-def start_warnings(problem: Problem) -> list[str]:
-    """What a motion that begins without displacement leaves out."""
-    names = [
-        problem.elements[batch.numbers[i]]
-        for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True)
-        if REST in batch.law.values
-        for i in np.flatnonzero((inputs.values["kt"] > 0.0) & (inputs.values["mu"] > 0.0))
-    ]
-    return [REST_LEFT_OUT.format(some(names, 5))] if names else []
 
 
 def sticks_and_slips(law: Law) -> bool:
@@ -156,11 +138,18 @@ def system_of(
 
 
 def _typical_motion(equations: TimeEquations, laws: LawsInTime, loads: Array, moved: Array) -> float:
-    """Typical motion of contacts whose law switches: the largest gap, surface motion or static answer to the loads."""
-    gaps = [np.abs(law.values["gap"]).max(initial=0.0) for law, *_ in laws.each if "gap" in law.values]
+    """Typical motion of contacts whose law switches.
+
+    The largest gap, motion at rest, surface motion or static answer to the loads.
+    """
+    own = [law.values[name] for law, *_ in laws.each for name in ("gap", REST, SECOND_REST) if name in law.values]
     forces = np.abs(equations.columns[:, equations.columns.shape[1] - len(loads) :]) @ np.abs(loads).sum(axis=1)
     still = np.linalg.lstsq(equations.K, forces, rcond=None)[0]
-    sizes = [*gaps, np.abs(moved).max(initial=0.0), np.abs(equations.rows @ still).max(initial=0.0)]
+    sizes = [
+        *(np.abs(values).max(initial=0.0) for values in own),
+        np.abs(moved).max(initial=0.0),
+        np.abs(equations.rows @ still).max(initial=0.0),
+    ]
     return float(max(sizes)) or 1.0
 
 

@@ -222,9 +222,8 @@ def _by_slow_modes(slow: SlowModes, z: Array, states: Combination) -> Iterator[P
 
 
 def _newton_start(stepper: Stepper, z: Array, states: Combination, Phi: Array) -> Array:
-    keep = stepper.model.system.unknowns(states)
+    keep = stepper.model.system.unknowns(states, stepper.changed)  # one that sticks all period keeps its traction
     matrix = np.eye(len(keep)) - Phi[np.ix_(keep, keep)]
-    # a contact stuck all period keeps any residual traction: least squares changes it least
     step = np.linalg.lstsq(matrix, stepper.difference(z, stepper.z, states)[keep], rcond=1e-13)[0]
     out = z.copy()
     out[keep] += step
@@ -294,7 +293,7 @@ class SlowModes:
         ``Phi`` is the derivative of the small period map, ``shares`` how much of the period each combination takes.
         """
         (few, fast), (few_end, fast_end) = self._parts(z), self._parts(end)
-        keep = self.stepper.model.system.unknowns(states)
+        keep = self.stepper.model.system.unknowns(states, self.stepper.changed)
         step = np.zeros(len(few))
         matrix, missing = np.eye(len(keep)) - Phi[np.ix_(keep, keep)], few_end - few
         step[keep] = np.linalg.lstsq(matrix, missing[keep], rcond=1e-13)[0]

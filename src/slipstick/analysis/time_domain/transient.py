@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from slipstick.analysis.time_domain.equilibrium import Equilibrium, equilibrium
 from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
-from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at_rest, start_from_motion
+from slipstick.analysis.time_domain.initial_state import HarmonicStart, started
 from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system, start_warnings
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import PeriodEnd
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
 from slipstick.balance.physics_checks import problem_warnings
@@ -208,9 +209,12 @@ def transient(
     method
         "march" integrates period after period; "shooting" corrects the start of a period by Newton's method on the
         period map (needed where damping is light). Of a modal structure with many fast modes Newton's method sees the
-        slow ones; the periods whose change is reported are those of all modes.
+        slow ones; the periods whose change is reported are those of all modes. Contacts that stick all period keep
+        their friction force in these corrections. Which force others keep depends on all of the motion before, and
+        that "march" follows.
     initial
-        Periodic motion of the contacts to start from; None is rest.
+        Periodic motion of the contacts to start from. None is the state of the preload, with its static loads, where
+        there is one, and else rest: no displacement, no friction forces.
     record_periods
         Periods recorded at the end.
     steps
@@ -223,8 +227,9 @@ def transient(
     Raises
     ------
     InputError
-        If an option is out of range, contacts carry a state and are not held, the mass matrix is singular, or a period
-        of the forcing holds too many periods of the fastest mode (1 000 000 steps).
+        If an option is out of range, contacts carry a state and are not held, the mass matrix is singular, a period of
+        the forcing holds too many periods of the fastest mode (1 000 000 steps), or a preload has no equilibrium under
+        the static loads.
 
     Warns
     -----
@@ -247,13 +252,14 @@ def transient(
         omega, periods, tolerance, method, record_periods, steps, initial, problem.units
     )
     system = friction_system(problem, omega, held)
-    problem.warn([*problem_warnings(problem), *(start_warnings(problem) if initial is None else [])])
+    problem.warn(problem_warnings(problem))
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
     found = integrate(
         system, problem.harmonics, outputs=outputs, contacts=contacts, friction=friction_elements(problem).tolist(),
-        periods=periods, tolerance=tolerance, method=method, initial=initial, record_periods=record_periods,
-        steps=steps,
+        periods=periods, tolerance=tolerance, method=method,
+        initial=equilibrium(problem, omega, held) if initial is None else initial,
+        record_periods=record_periods, steps=steps,
     )  # fmt: skip
     return replace(found, units=problem.units)
 
@@ -268,7 +274,7 @@ def integrate(
     periods: int = 200,
     tolerance: float = 1e-10,
     method: Literal["shooting", "march"] = "shooting",
-    initial: HarmonicStart | None = None,
+    initial: HarmonicStart | Equilibrium | None = None,
     record_periods: int = 1,
     steps: int | None = None,
 ) -> TransientResult:
@@ -282,7 +288,7 @@ def integrate(
                 expected=f"{MOST_ITEMS} steps at most: give fewer record_periods or steps",
             )
         )
-    z, states = start_at_rest(stepper) if initial is None else start_from_motion(stepper, initial)
+    z, states = started(stepper, initial)
     end = None
     for end in follow_periods(stepper, z, states, shooting=method == "shooting"):
         pass_on()

@@ -25,6 +25,7 @@ from slipstick.cli.terminal.guard import (
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
 from slipstick.errors import InputError
+from slipstick.replacing import make_folder, writing
 from slipstick.runs.folder import FITTED, REPORT
 
 if TYPE_CHECKING:
@@ -97,10 +98,12 @@ def _write(folder: Path, found: Identification, *, figures: bool) -> None:
     """The dataset, the summary, the values for a case or a script, and a figure."""
     from slipstick.io.store import save_dataset
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     save_dataset(found.dataset, folder / FITTED)
-    (folder / "summary.txt").write_text(found.summary() + "\n", encoding="utf-8")
-    (folder / "values.json").write_text(json.dumps(dict(found.values), indent=1) + "\n", encoding="utf-8")
+    texts = {"summary.txt": found.summary(), "values.json": json.dumps(dict(found.values), indent=1)}
+    for name, content in texts.items():
+        with writing(folder / name) as temporary:
+            temporary.write_text(f"{content}\n", encoding="utf-8")
     if figures:
         from slipstick.plots import save_figure
         from slipstick.plots.fits import fit

@@ -15,7 +15,7 @@ from slipstick.cli.options import example_names
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import command_name, verb
 from slipstick.errors import InputError
-from slipstick.replacing import replacing
+from slipstick.replacing import make_folder, writing
 
 
 @verb
@@ -122,16 +122,12 @@ def write_files(folder: Path, contents: dict[str, bytes]) -> list[Path]:
     if there := [str(folder / name) for name in contents if name in found - kept]:
         are, them = ("is", "it") if len(there) == 1 else ("are", "them")
         raise InputError(f"{', '.join(there)}: {are} there already; move {them} away or choose another folder")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in [*(name for name in contents if name != main), main]:
-            if name not in kept:
-                with replacing(folder / name) as temporary:
-                    temporary.write_bytes(contents[name])
-            say(f"{'kept' if name in kept else 'wrote'} {folder / name}{', the same' if name in kept else ''}")
-    except OSError as error:
-        reason = (error.strerror or type(error).__name__).lower()
-        raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
+    make_folder(folder)
+    for name in [*(name for name in contents if name != main), main]:
+        if name not in kept:
+            with writing(folder / name) as temporary:
+                temporary.write_bytes(contents[name])
+        say(f"{'kept' if name in kept else 'wrote'} {folder / name}{', the same' if name in kept else ''}")
     return [folder / name for name in contents]
 
 

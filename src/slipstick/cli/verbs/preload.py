@@ -12,6 +12,7 @@ from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, quietly, say, say_results, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.replacing import make_folder
 from slipstick.runs.folder import LOADED
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _write(folder: Path, state: Preload, *, figures: bool) -> None:
     from slipstick.plots import preload as draw
     from slipstick.plots import save_figure
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     save_dataset(state.dataset, folder / LOADED)
     if "position" in state.dataset:
         write_preload(state.dataset, folder / "preload.xdmf")

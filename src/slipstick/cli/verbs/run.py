@@ -198,9 +198,12 @@ def _draw(run: CaseRun, wanted: Wanted) -> None:
                 warn_user(f"figures: there is nothing in these results to draw of '{name}'")
             continue
         try:
-            save_figure(drawings[name](), run.folder.work / name, formats=wanted.formats)
-        except InputError as error:
-            warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
+            try:
+                drawn = drawings[name]()
+            except InputError as error:
+                warn_user(f"figures: '{name}' is not drawn: {reason_of(error)}")
+                continue
+            save_figure(drawn, run.folder.work / name, formats=wanted.formats)
         except KeyboardInterrupt:
             run.failures.append("figures: interrupted; all points are kept")
             return

@@ -24,7 +24,7 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError, reason_of
-from slipstick.runs.failures import os_sentence
+from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT
 from slipstick.units import after_number
 
@@ -159,8 +159,8 @@ def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
     if options.figures and not failure:
         try:
             _draw(data, path)
-        except OSError as error:
-            failure = f"figures: {os_sentence(error)}"
+        except InputError as error:
+            failure = f"figures: {fault_sentence(error)}"
     reported = (
         options.report and bool(place.cases) and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
     )

@@ -14,6 +14,7 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.replacing import unwritable, writing
 from slipstick.runs.folder import results_of
 from slipstick.units import Units, after_number, compared
 
@@ -77,11 +78,9 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
     from slipstick.verify import run
 
     if markdown is not None and not markdown.absolute().parent.is_dir():
-        raise InputError(
-            f"--markdown {markdown}: cannot be written: there is no folder {markdown.parent}; make it first"
-        )
+        raise unwritable(f"--markdown {markdown}", f"there is no folder {markdown.parent}")
     if markdown is not None and markdown.is_dir():
-        raise InputError(f"--markdown {markdown}: cannot be written: found a folder; expected a file such as table.md")
+        raise unwritable(f"--markdown {markdown}", "found a folder; expected a file such as table.md")
     prepare_kernel(say)
     rows: list[Row] = []
     live = sys.stderr.isatty()
@@ -108,10 +107,8 @@ def _write(rows: Sequence[Row], path: Path) -> None:
     from slipstick import __version__
     from slipstick.verify.table import table_page
 
-    try:
-        path.write_text(table_page(rows, __version__), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another file") from None
+    with writing(path) as temporary:
+        temporary.write_text(table_page(rows, __version__), encoding="utf-8")
 
 
 def print_rows(rows: Sequence[Row]) -> None:

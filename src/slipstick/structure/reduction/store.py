@@ -14,7 +14,7 @@ from scipy import sparse
 
 from slipstick import __version__
 from slipstick.errors import InputError
-from slipstick.replacing import replacing
+from slipstick.replacing import make_folder, writing
 from slipstick.structure.npz import read_any
 from slipstick.typing import AnyArray
 
@@ -117,11 +117,6 @@ def read(path: Path) -> dict[str, AnyArray] | None:
 
 def write(path: Path, arrays: dict[str, Any]) -> None:
     """Store arrays under a name that appears only when the file is whole. Raises InputError if it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as part, part.open("wb") as file:
-            np.savez(file, **arrays)  # its allow_pickle is younger than numpy 2.1, which stores it as an array
-    except OSError as error:
-        raise InputError(
-            f"the reduction cannot be stored in {path.parent}: {error.strerror}; choose another folder"
-        ) from error
+    make_folder(path.parent)
+    with writing(path) as part, part.open("wb") as file:
+        np.savez(file, **arrays)  # its allow_pickle is younger than numpy 2.1, which stores it as an array
