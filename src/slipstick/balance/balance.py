@@ -76,6 +76,7 @@ class Balance:
         self.support_springs = None if problem.support is None else problem.support.springs
         self.linear_known: tuple[tuple[Any, ...], float, dict[str, Array]] | None = None
         self._stuck_known: list[StuckStructure | None] = []
+        self._compliance_known: tuple[tuple[Any, ...], AnyCompliance] | None = None
 
     def _take(self, problem: Problem) -> None:
         self.problem, self.states, self.layout = problem, problem.contact_states, PortLayout(problem)
@@ -86,7 +87,7 @@ class Balance:
     def narrowed(self, harmonics: Harmonics) -> Balance:
         """The balance with some of the harmonics; the structure is not projected again."""
         narrow = copy(self)
-        narrow.linear_known = None
+        narrow.linear_known = narrow._compliance_known = None
         narrow._take(self.problem.narrowed(harmonics))
         if self.springs is None:
             narrow.backend = backend_of(self._asked, self.receptance, narrow.size)
@@ -98,7 +99,8 @@ class Balance:
         if receptance is self.receptance:
             return None
         near = copy(self)
-        near.linear_known, near.receptance, near._stuck_known = None, receptance, []
+        near.linear_known = near._compliance_known = None
+        near.receptance, near._stuck_known = receptance, []
         return near
 
     def holding(self) -> Balance:
@@ -160,12 +162,18 @@ class Balance:
     ) -> AnyCompliance:
         """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``.
 
-        ``structure`` holds parameters of the structure that are not its own, ``along`` a direction in them.
+        ``structure`` holds parameters of the structure that are not its own, ``along`` a direction in them. Without a
+        direction the latest is kept: iterations at a fixed frequency ask for the same one.
         """
+        key = omega, dict(structure or {}), anchored, self.backend.name, self.springs is None
+        if not along and self._compliance_known is not None and self._compliance_known[0] == key:
+            return self._compliance_known[1]
         receptance = self.receptance.adjusted(structure or {})
         compliance = self.backend.compliance(receptance, self.orders, omega, along)
         if anchored and self.springs is not None and isinstance(compliance, Compliance):
             compliance.anchor(self.springs)
+        if not along:
+            self._compliance_known = key, compliance
         return compliance
 
     @property

@@ -410,7 +410,6 @@ class ParameterSystem:
 
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
-        self._fixed_compliance = balance.compliance(omega)
         self._loads_known: tuple[Array, AnyCompliance, Array] | None = None
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
@@ -426,7 +425,8 @@ class ParameterSystem:
         solution = detail(balance, x, self.omega, inputs, context)
         if solution.lost or balance.is_unsupported(solution.tangents):
             return Evaluation.undefined(x.size)
-        at = Balanced(balance, x, solution, self._compliance(inputs, direction))
+        compliance = balance.compliance(self.omega, inputs.structure, direction.structure)
+        at = Balanced(balance, x, solution, compliance)
         direction = at_states(solution.states, direction)
         slope = self._moved_by(by_inputs(solution, direction), direction.P, at.compliance)
         if direction.structure:
@@ -451,11 +451,6 @@ class ParameterSystem:
         if known is None or known[0] is not P or known[1] is not compliance:
             self._loads_known = known = P, compliance, self.balance.moved_by(slopes, P, compliance)
         return known[2].copy()
-
-    def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
-        if not (inputs.structure or direction.structure):
-            return self._fixed_compliance
-        return self.balance.compliance(self.omega, inputs.structure, direction.structure)
 
 
 AnySystem = FrequencySystem | ParameterSystem

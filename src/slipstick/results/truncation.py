@@ -222,7 +222,7 @@ def _among_further(
 ) -> list[tuple[Array, PortPair]]:
     """Derivatives (n, k, k) of some coefficients of the forces by the same of the motion, at a point, by port pair."""
     return [
-        (T.reshape(count, batch.count, *T.shape[1:])[point][:, columns][:, :, columns], batch.coupled[pair])
+        (np.ascontiguousarray(T[point * batch.count :][: batch.count, columns][:, :, columns]), batch.coupled[pair])
         for batch, response in zip(balance.batches, responses, strict=True)
         for pair, T in response.by_motion.items()
         if pair in batch.coupled

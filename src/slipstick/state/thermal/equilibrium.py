@@ -243,8 +243,9 @@ class _Clipped:
 
     def __init__(self, evaluate: PowerFunction, limits: tuple[Array, Array]) -> None:
         self.evaluate, self.limits, self.count = dissipated(evaluate), limits, 0
-        with np.errstate(invalid="ignore"):
-            self.longest_step = np.nan_to_num((limits[1] - limits[0]) * LONGEST_CELL, nan=np.inf, posinf=np.inf)
+        self._span = limits[1] - limits[0]
+        self._known = np.isfinite(self._span)
+        self.longest_step = np.where(self._known, self._span * LONGEST_CELL, np.inf)
 
     def __call__(self, T: Array) -> tuple[Array, Array]:
         self.count += 1
@@ -254,8 +255,8 @@ class _Clipped:
 
     def size(self, T: Array, T0: Array) -> Array:
         """Size that a tolerance of the temperatures is relative to, (n,); above zero where the background is 0."""
-        span = self.limits[1] - self.limits[0]
-        return np.asarray(np.maximum.reduce([np.abs(T), np.abs(T - T0), np.where(np.isfinite(span), 1e-3 * span, 0.0)]))
+        size = np.maximum(np.abs(T), np.abs(T - T0))
+        return np.maximum(size, 1e-3 * self._span, out=size, where=self._known)
 
     def inside(self, T: Array) -> BoolArray:
         return np.clip(T, *self.limits) == T
