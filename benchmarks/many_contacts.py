@@ -12,6 +12,10 @@ Chains of as many oscillators with a contact each, harmonics 0 to 10: 21 unknown
 frequencies at which they slip. Seconds, evaluations and factorisations a point, the exponent of the seconds from size
 to size, and what the time goes to, by samples of the innermost of a few functions.
 
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --peaks [10 20 40]
+
+The same chains with the peaks of every output, from 2 to 15 rad/s: points, peaks, evaluations and seconds of a curve.
+
     OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --joint 35 115 400 686 [--jacobian dense] [--force 1] [--first]
 
 Two beams that overlap, clamped together by three bolts of 5 kN, with as many planar contacts in the lap, harmonics 0 to
@@ -140,7 +144,7 @@ def measure(n: int, whole: bool, residuals: str = "auto", seen: str | None = Non
 
 
 CHAINS = (1, 2, 5, 10, 20, 40, 100, 200)
-SLIPPING = (8.0, 11.0)
+SLIPPING, PASSED = (8.0, 11.0), (2.0, 15.0)
 PARTS = {
     ("solve/linear/dense.py", "_factors"): "factors", ("contact_jacobian.py", "_preconditioner"): "factors",
     ("jacobian_backends.py", "_write"): "written", ("solve/linear/dense.py", "solve"): "solutions",
@@ -303,6 +307,20 @@ def counted_products(counts: Counter[str]) -> Iterator[None]:
         iterative.gmres = gmres
 
 
+def peaks(n: int) -> dict[str, Any]:
+    """A chain of n oscillators through its range, the peaks of all outputs located."""
+    with one_thread():
+        ss.forced_response(chain(n, 11), omega=PASSED, options={"max_points": 3})
+        began = process_time()
+        data = ss.forced_response(chain(n, 11), omega=PASSED).dataset
+        seconds = process_time() - began
+    kinds = Counter(data.kind.values.tolist())
+    return {
+        "contacts": n, "points": data.sizes["point"], "peaks": kinds["peak"], "near peaks": kinds["near peak"],
+        "evaluations": int(data.attrs["evaluations"]), "s": seconds,
+    }  # fmt: skip
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     usual = [n for n in GRIDS if n <= 1000]
@@ -315,7 +333,12 @@ def main() -> None:
     parser.add_argument("--jacobian", default="auto", help="of the joint: auto, dense or iterative")
     parser.add_argument("--force", type=float, default=10.0, help="amplitude of the force on the joint, N")
     parser.add_argument("--first", action="store_true", help="of the joint the first point alone")
+    parser.add_argument("--peaks", action="store_true", help="peaks of every output of the chains")
     options = parser.parse_args()
+    if options.peaks:
+        for n in options.counts or (10, 20, 40):
+            print(json.dumps(peaks(n)), flush=True)
+        return
     if options.joint:
         for n in options.counts:
             print(json.dumps(joint(n, options.force, options.jacobian, options.first)), flush=True)

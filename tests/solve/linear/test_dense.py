@@ -145,3 +145,12 @@ def test_a_determinant_that_changes_its_sign_beside_all_solutions(factorised: li
     assert factorised == [30]
     assert far.sign() == -1
     np.testing.assert_allclose(far.solve(right), right / values, rtol=1e-14)
+
+
+def test_released_factors_are_made_again(factorised: list[int]) -> None:
+    matrix, right = np.eye(30) + 0.3 * RNG.standard_normal((30, 30)), RNG.standard_normal(30)
+    jacobian = DenseJacobian(matrix)
+    before = jacobian.solve(right)
+    jacobian.release()
+    assert jacobian.solve(right).tolist() == before.tolist()
+    assert factorised == [30, 30]

@@ -12,7 +12,7 @@ from slipstick.contact.kernel.compilation import compile_kernel
 
 def compile_all() -> float:
     """Compile the contact kernel and the sums of the balance, or load them; returns the seconds it took."""
-    from slipstick.balance.kernel.sums import add_products, residuals_of_many
+    from slipstick.balance.kernel.sums import add_force_changes, add_products, residuals_of_many
     from slipstick.structure.receptance import undamped
 
     start = perf_counter()
@@ -26,4 +26,5 @@ def compile_all() -> float:
     residuals_of_many(both, np.ones((1, 1, 3)), on_ports, np.empty((1, 0, 3)), np.empty((1, 2, 1, 3)))
     first = np.zeros(1, dtype=np.int64)
     add_products(compliance.value, np.ones((1, 3, 3)), first, first, first, np.zeros((3, 3)))
+    add_force_changes(np.ones((1, 3, 3)), first, first, first, np.ones((1, 3)), np.zeros((1, 3)))
     return perf_counter() - start

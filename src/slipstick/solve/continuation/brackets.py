@@ -398,7 +398,7 @@ class Maxima:
         mode have their peaks close to each other.
         """
         rate = (of[1] - of[0]) / (at[1] - at[0])
-        u, last = at[0] - of[0] / rate, None
+        u, last, own = at[0] - of[0] / rate, None, None
         closest = self._closest(event, rate, room) if segment is self._segment else []
         for _ in range(SECANTS):
             if closest:
@@ -411,6 +411,9 @@ class Maxima:
                 if solved is None:
                     return None
                 here, value = _Placed(u, solved[0], options.tolerance), solved[1]
+                if own is not None:
+                    own.release()  # many outputs make many trials
+                own = here.step
             if last is not None and here.u != last[0].u:
                 slope = (value - last[1]) / (here.u - last[0].u)
                 if slope * rate <= 0.0:
@@ -515,11 +518,14 @@ class Maxima:
 
     def narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
         """The narrowed bracket of two solutions between which an event function changes its sign."""
-        bracket = self._known(event, places, low, high)
+        bracket, known = self._known(event, places, low, high), len(self._exact)
         for narrower in narrowing(self.corrector, event.falling(low[1]), bracket, self.tolerance):
             if narrower is not bracket:
                 self._exact.append(narrower.high if narrower.low is bracket.low else narrower.low)
                 bracket = narrower
+        for step in self._exact[known:]:
+            if step is not bracket.low and step is not bracket.high:
+                step.release()
         return bracket
 
     def _known(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:

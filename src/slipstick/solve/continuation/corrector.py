@@ -164,6 +164,11 @@ class Step:
         """Derivative of the parameter along the branch."""
         return float(self.tangent[-1])
 
+    def release(self) -> None:
+        """Free memory of the Jacobian, of a solution that hardly becomes a point; see ``Jacobian.release``."""
+        if self.jacobian is not None:
+            self.jacobian.release()
+
     def reverse(self) -> None:
         """Turn the direction of travel."""
         self.tangent, self.orientation = -self.tangent, -self.orientation

@@ -60,6 +60,10 @@ class _Factorised(Jacobian):
         if self._lu is None and isinstance(other, _Factorised) and self.size == other.size >= REFINED_FROM:
             self._near = other._lu or other._near
 
+    def release(self) -> None:
+        """Free the factors."""
+        self._lu = None
+
     def solve(self, right: Array, *, transposed: bool = False) -> Array:
         """Solution of ``J @ x = right``, or with its transpose."""
         if self._near is not None and not transposed and (refined := self._refined(right, 0.0)) is not None:

@@ -56,6 +56,10 @@ class Jacobian(ABC):
         """Reuse the preconditioner, or the like, of a neighbouring Jacobian: solutions are as exact as without."""
         del other
 
+    def release(self) -> None:
+        """Free the memory of what is made again where it is needed again, such as factors."""
+        return
+
 
 class UndefinedJacobian(Jacobian):
     """A singular Jacobian of any size, whose results are nan.
@@ -306,6 +310,10 @@ class EmbeddedJacobian(Jacobian):
         """Reuse the inner Jacobian of another one with the same active unknowns."""
         if isinstance(other, EmbeddedJacobian) and np.array_equal(other._active, self._active):
             self._inner.take_over(other._inner)
+
+    def release(self) -> None:
+        """Free the memory of the inner one."""
+        self._inner.release()
 
     def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
         """Solution to fewer digits, where that costs the inner one less."""
