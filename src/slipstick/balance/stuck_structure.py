@@ -33,8 +33,10 @@ SHARE = 1 / 3
 """Springs of contacts that slip, over their stiffness: iterations are fewest between a fifth and a half."""
 STICKING = 0.4
 """Mean stiffness over a period, over that of a stuck contact, from which a contact that slips has its springs."""
-_RANK, _MORE = 40, 10
+_RANK, _MORE = 32, 8
 """Rank of a residual that grows with the frequency, and further columns with which it is found."""
+_FEW = 0.7
+"""Share of the ports up to which springs are few: products of their columns cost less than those of half of all."""
 _SEED = 1
 """Of these columns: results repeat."""
 _TOGETHER = 32
@@ -63,6 +65,8 @@ class Attached:
     ----------
     residual
         ``G``.
+    held
+        Ports that have springs.
     shapes
         ``V``, and its derivative by the loss, (n_ports, 2 m) for m modes and residuals that grow.
     sign
@@ -72,22 +76,27 @@ class Attached:
     def __init__(self, free: Factors, springs: Array, residual: Array, sign: int, growing: Array) -> None:
         self.springs, self.residual, static = springs, residual, 1.0 / free.weight[0].real
         modes = np.hstack([free.left, growing])
-        held, n = springs[:, None] * modes, len(static)
-        moved = residual @ held
-        by_loss = residual @ (springs[:, None] * moved) - moved
+        self.held, n = np.flatnonzero(springs), len(static)
+        self._from_held = residual[self.held] if self.held.size <= _FEW * len(springs) else None
+        held, moved = springs[:, None] * modes, self.moved(modes)
+        by_loss = self.moved(moved) - moved
         self.shapes = np.hstack([modes - moved, by_loss])
         self._stiffness = held.T @ (modes - moved), held.T @ by_loss
         self._roots, self._vectors = eigh(np.diag(static) + self._stiffness[0][:n, :n], check_finite=False)
         self.sign: int = -sign if np.count_nonzero(self._roots < 0.0) % 2 else sign
         self._latest: tuple[NDArray[np.intp], tuple[Array, Array, Array]] | None = None
 
+    def moved(self, X: Array) -> Array:
+        """``G K X`` (n_ports, k)."""
+        if self._from_held is None:
+            return symmetric_product(self.residual, self.springs[:, None] * X)
+        return np.asarray(self._from_held.T @ (self.springs[self.held, None] * X[self.held]))
+
     def modal(self, weight: ComplexArray, loss: ComplexArray) -> ComplexArray:
-        """``S`` (n + 1, 2 m, 2 m) between shapes, for weights ``W`` (n + 1, m) without springs and e (n + 1,)."""
-        e, m = loss[:, None, None], weight.shape[1]
-        inner = weight[:, :, None] * (self._stiffness[0] + e * self._stiffness[1])
-        inner[:, np.arange(m), np.arange(m)] += 1.0
-        S = np.linalg.solve(inner, weight[:, :, None] * np.eye(m))
-        return np.block([[S, e * S], [e * S, e * e * S]])
+        """``S`` (n + 1, m, m) for weights ``W`` (n + 1, m) without springs and e (n + 1,)."""
+        inner = weight[:, :, None] * (self._stiffness[0] + loss[:, None, None] * self._stiffness[1])
+        inner[:, np.arange(weight.shape[1]), np.arange(weight.shape[1])] += 1.0
+        return np.asarray(np.linalg.solve(inner, weight[:, :, None] * np.eye(weight.shape[1])))
 
     def between(self, ports: NDArray[np.intp]) -> tuple[Array, Array, Array]:
         """``G`` from all ports to some, ``G`` between these, and ``G - G K G`` between these."""
@@ -95,9 +104,8 @@ class Attached:
             every = len(ports) == len(self.springs)
             rows = self.residual if every else self.residual[ports]
             own = rows if every else np.ascontiguousarray(rows[:, ports])
-            held = np.flatnonzero(self.springs)
-            reached = rows[:, held]
-            self._latest = ports, (rows, own, own - (reached * self.springs[held]) @ reached.T)
+            reached = rows[:, self.held]
+            self._latest = ports, (rows, own, own - (reached * self.springs[self.held]) @ reached.T)
         return self._latest[1]
 
     def near(self, free: Factors, ports: NDArray[np.intp]) -> FactoredCompliance:
@@ -136,7 +144,7 @@ class SpringCompliance:
     """
 
     def __init__(self, attached: Attached, weight: ComplexArray, loss: ComplexArray, ports: NDArray[np.intp]) -> None:
-        self.ports, self._springs, self._residual = ports, attached.springs[:, None], attached.residual
+        self.ports, self._attached, self._springs = ports, attached, attached.springs[:, None]
         self._modal, self._loss = attached.modal(weight, loss).conj(), loss.conj()
         self._shapes, self._own_shapes = attached.shapes, attached.shapes[ports]
         self._to_own, self._own, self._own_by_loss = attached.between(ports)
@@ -149,7 +157,7 @@ class SpringCompliance:
     def answer(self, F: ComplexArray, *, transposed: bool = False) -> ComplexArray:
         """Motion of all ports by forces on all."""
         modal = self._by_modes(_times(self._shapes.T, F), transposed=transposed)
-        return self._whole(_product(self._residual, F), modal, transposed=transposed)
+        return self._whole(_product(self._attached.residual, F), modal, transposed=transposed)
 
     def answer_to_own(self, F: ComplexArray) -> ComplexArray:
         """Motion of all ports by forces on the ports."""
@@ -157,8 +165,7 @@ class SpringCompliance:
 
     def released(self, X: ComplexArray, forces: Callable[[ComplexArray], ComplexArray]) -> ComplexArray:
         """``(I + A K)^-1 X``, which is ``X - A_K K X``, less the motion by forces that depend on it at the ports."""
-        held = self._springs * X
-        moved, modal = _product(self._residual, held), _times(self._shapes.T, held)
+        moved, modal = self._by_springs(X), _times(self._shapes.T, self._springs * X)
         here = moved[self.ports]
         own = X[self.ports] - here - _times(self._own_shapes, self._by_modes(modal))
         if self._loss.any():
@@ -177,13 +184,20 @@ class SpringCompliance:
         out = moved + _times(self._shapes, modal)
         if self._loss.any():
             loss = self._loss.conj() if transposed else self._loss
-            out += loss * (moved - _product(self._residual, self._springs * moved))
+            out += loss * (moved - self._by_springs(moved))
         return out
 
+    def _by_springs(self, X: ComplexArray) -> ComplexArray:
+        """``G K X`` for motion of all ports."""
+        return self._attached.moved(np.ascontiguousarray(X).view(float)).view(complex)
+
     def _by_modes(self, f: ComplexArray, *, transposed: bool = False) -> ComplexArray:
-        """Motion of the modes (m, n + 1) by modal forces."""
-        S = self._modal.conj().transpose(0, 2, 1) if transposed else self._modal
-        return np.ascontiguousarray((S @ f.T[:, :, None])[:, :, 0].T)
+        """Motion along the shapes (2 m, n + 1) by forces along them: the second half are those by the loss."""
+        S, loss, m = self._modal, self._loss, len(f) // 2
+        if transposed:
+            S, loss = S.conj().transpose(0, 2, 1), loss.conj()
+        moved = (S @ (f[:m] + loss * f[m:]).T[:, :, None])[:, :, 0].T
+        return np.concatenate([moved, loss * moved])
 
 
 def _times(matrix: Array, x: ComplexArray) -> ComplexArray:
