@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,8 @@ from slipstick.balance.balance import Balance
 from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.scaling import motions_at
 from slipstick.balance.stuck_structure import StuckStructure, stuck_structure
+from slipstick.solve.linear.block_bordered import BlockBordered
+from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import newton_at
 from slipstick.structure.receptance import Factors
 from slipstick.structure.residuals import WrittenResiduals
@@ -122,6 +125,94 @@ def test_a_clamped_joint_takes_the_steps_of_a_dense_jacobian():
     np.testing.assert_allclose(own.x, exact.x, rtol=0, atol=1e-8 * np.abs(exact.x).max())
 
 
+@functools.cache
+def joint():
+    """A clamped joint after its preload, shaken, and its motion: of 24 contacts some slip, some are open."""
+    still = clamped_by_points(24)
+    shaken = [replace(load, sin=200.0) if load.harmonic == 1 else load for load in still.loads]
+    problem, omega = replace(still, loads=shaken).preloaded(ss.preload(still)), 9e3
+    balance = Balance(problem, backend="dense")
+    x = next(iter(motions_at(balance, problem.inputs, omega).values()))
+    system = FrequencySystem(balance, problem.inputs)
+    found = newton_at(system, x, omega, scale=float(np.linalg.norm(x)))
+    assert found.converged
+    return problem, found.x, omega
+
+
+def at(x, omega, border="none"):
+    """Dense and iterative Jacobians at a motion of the joint."""
+    problem = joint()[0]
+    systems = (FrequencySystem(Balance(problem, backend=kind), problem.inputs) for kind in ("dense", "iterative"))
+    both = [system.evaluate(x, omega).jacobian for system in systems]
+    rng, n = np.random.default_rng(5), both[0].size
+    columns, rows = 1e-6 * rng.standard_normal((n, 2)), rng.standard_normal((2, n + 2))
+    if border == "one":
+        return [J.bordered(columns[:, 0], rows[0, :-1]) for J in both]
+    if border == "two":
+        sizes, inner = rng.uniform(0.5, 2.0, n), both[0].matrix
+        scaled = np.vstack([np.column_stack([inner * sizes / sizes[:, None], columns]), rows])
+        return [DenseJacobian(scaled), BlockBordered(both[1], sizes, columns, rows)]
+    return both
+
+
+BORDERS = ["none", "one", "two"]
+
+
+@pytest.mark.parametrize("border", BORDERS)
+def test_systems_are_solved_for_contacts_that_slip(border):
+    """The others are springs, or nothing: two products of J at most, with all digits, and the sign."""
+    dense, own = at(*joint()[1:], border)
+    inner = getattr(own, "_inner", own)
+    (contacts,), stuck = inner._elements, inner._stuck.stuck
+    held, closed = ~contacts.differ(contacts.beyond(stuck), stuck), contacts.differ(contacts.local, stuck)
+    slipping = np.count_nonzero(closed & ~held)
+    assert min(np.count_nonzero(held), np.count_nonzero(~closed), slipping) > 0
+    assert own.departing.size == 3 * slipping * 5
+    b = dense.multiply(np.random.default_rng(6).standard_normal(dense.size))
+    expected = dense.solve(b)
+    for solve, error in ((own.solve, 1e-7), (own.solve_correction, 1e-5)):
+        before, found = own.products, solve(b)
+        assert own.products - before <= 2
+        assert np.linalg.norm(found - expected) <= error * np.linalg.norm(expected)
+    before = own.products
+    assert own.sign() == dense.sign()
+    assert own.products - before == 1
+    found = own.solve(b, transposed=True)
+    np.testing.assert_allclose(found, dense.solve(b, transposed=True), rtol=0, atol=1e-6 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("border", BORDERS)
+def test_the_preconditioner_departs_from_the_jacobian_by_these_contacts_alone(border, monkeypatch):
+    """``P^-1 J = I + B D``, exact where nothing of the residual that grows is left out; each transpose is one."""
+    monkeypatch.setattr(module, "_RANK", 100)
+    _, own = at(*joint()[1:], border)
+    rng = np.random.default_rng(7)
+    x, y = rng.standard_normal((2, own.size))
+    d = own.departure(x[own.departing])
+    found, expected = x + own.spread(d), own.precondition(own.multiply(x))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    np.testing.assert_allclose(own.spread(d, alone=True), own.spread(d)[own.departing], rtol=1e-9)
+    assert own.spread(d) @ y == pytest.approx(d @ own.spread_transposed(y), rel=1e-8)
+    assert own.precondition(x) @ y == pytest.approx(x @ own.precondition(y, transposed=True), rel=1e-8)
+
+
+def test_a_preconditioner_of_a_neighbour_serves_where_other_contacts_slip():
+    """Springs are kept; contacts that were springs, or nothing, count among those that slip."""
+    _, x, omega = joint()
+    more = x.reshape(-1, 5).copy()
+    more[:, 1:] *= 1.5
+    (_, first), (dense, own) = at(x, omega), at(more.ravel(), 1.01 * omega)
+    first.solve(x)
+    own.take_over(first)
+    b = dense.multiply(np.random.default_rng(9).standard_normal(x.size))
+    assert own._preconditioner is first._preconditioner
+    assert own.departing.size > first.departing.size
+    expected, found = dense.solve(b), own.solve(b)
+    assert own.products <= 2
+    assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
+    assert own.sign() == dense.sign()
+
+
 def row_of_springs(n=60, reach=12.0):
     """Stiff springs in a row that only push or pull, on a residual that couples neighbours closely."""
     rng = np.random.default_rng(0)
@@ -133,6 +224,22 @@ def row_of_springs(n=60, reach=12.0):
     )  # fmt: skip
     pairs = [ss.bolt(name=f"c{i}", elongation={f"d{i}": 1.0}, stiffness=1e3) for i in range(n)]
     return ss.Problem(structure, contacts=pairs, loads=ss.Load(dof="d1", cos=3.0), harmonics=[0, 1, 3])
+
+
+def test_contacts_that_are_springs_need_no_iteration():
+    """Pressed through the period, or open: P is J."""
+    problem, x = row_of_springs(), np.zeros((60, 5))
+    x[:, 0] = np.where(np.arange(60) % 4, -1.0, 1.0)
+    dense, own = (
+        FrequencySystem(Balance(problem, backend=kind), problem.inputs).evaluate(x.ravel(), 7.3).jacobian
+        for kind in ("dense", "iterative")
+    )
+    b = dense.multiply(np.random.default_rng(8).standard_normal(x.size))
+    found, expected = own.solve(b), dense.solve(b)
+    assert own.departing.size == 0
+    assert own.products == 1
+    assert np.linalg.norm(found - expected) <= 1e-8 * np.linalg.norm(expected)
+    assert own.sign() == dense.sign()
 
 
 def test_products_are_spared(monkeypatch):

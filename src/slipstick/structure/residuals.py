@@ -49,12 +49,12 @@ _CACHE_ENTRIES, _TILE = 2**18, 200
 """Entries of a matrix that fits into the cache as a whole; rows and columns of a tile that does (measured)."""
 
 
-def symmetric_product(matrix: Array, x: Array) -> Array:
-    """``matrix @ x`` (n, k) for a symmetric matrix: of a large one the lower half is read, tile by tile."""
+def symmetric_product(matrix: Array, x: Array, out: Array | None = None) -> Array:
+    """``matrix @ x`` (n, k) for a symmetric matrix, added to ``out``: of a large one the lower half is read, by tiles."""
     n = len(matrix)
-    if n * n <= _CACHE_ENTRIES:
+    if n * n <= _CACHE_ENTRIES and out is None:
         return np.asarray(matrix @ x)
-    out = np.zeros(x.shape)
+    out = np.zeros(x.shape) if out is None else out
     for i in range(0, n, _TILE):
         below = slice(i, min(i + _TILE, n))
         out[below] += matrix[below, below] @ x[below]
@@ -98,9 +98,9 @@ class WrittenResiduals:
     def _product(self, matrix: Array, x: Array) -> Array:
         """``R x`` for numbers (any, k) on the first columns."""
         n = len(matrix)
-        if not self._symmetric or len(x) < n:
+        if not self._symmetric or n * n <= _CACHE_ENTRIES or len(x) < n:
             return np.asarray(matrix[:, : len(x)] @ x)
-        return np.asarray(symmetric_product(matrix[:, :n], x[:n]) + matrix[:, n : len(x)] @ x[n:])
+        return symmetric_product(matrix[:, :n], x[:n], np.asarray(matrix[:, n : len(x)] @ x[n:]))
 
     def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p^T z``."""

@@ -86,7 +86,7 @@ class BlockBordered(IterativeJacobian):
         if transposed:
             y = np.linalg.solve(corner.T, last - moved.T @ first)
             rest = first - self._rows[:, : self._n].T @ y
-            return np.concatenate([self._inner.precondition(s * rest, transposed=True) / s, y])
+            return np.concatenate([s * self._inner.precondition(rest / s, transposed=True), y])
         here = self._inner.precondition(s * first) / s
         y = np.linalg.solve(corner, last - self._rows[:, : self._n] @ here)
         return np.concatenate([here - moved @ y, y])
