@@ -92,11 +92,14 @@ def test_the_compliance_with_springs_is_that_of_the_inverse(slipping, loss, erro
     near(found.answer_to_own(F[some]), by_order(conjugates, only))
     near(found.own(F[some]), by_order(conjugates, only)[some])
     near(found.released_transposed(F), F - K @ by_order([A.T for A in A_K], F))
-    free_of = F - by_order(conjugates, K @ F)
-    seen = []
-    whole = found.released(F, lambda own: seen.append(own) or only[some])
-    near(seen[0], free_of[some])
-    near(whole, free_of - by_order(conjugates, only))
+    freed, seen = F - by_order(conjugates, K @ F), []
+    whole = found.eliminated(F, lambda X: seen.append(X) or 2.0 * X, lambda X: only[some])
+    near(seen[0], freed[some])
+    expected = freed - by_order(conjugates, only)
+    expected[some] = 2.0 * freed[some]
+    near(whole, expected)
+    every = structure.compliance(attached, free, np.arange(7))
+    near(every.eliminated(F, lambda X: X, lambda X: F), freed)
 
 
 def test_soft_contacts_do_without():

@@ -390,6 +390,8 @@ class ContactJacobian(IterativeJacobian):
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
         self._stuck = balance.stuck(compliance.factors)
+        if self._stuck is not None and not self._stuck.has_residual:
+            self.has_nearby = False
         self._elements = [Elements(balance, k, tangent) for k, tangent in enumerate(tangents)]
         for carried in states:
             if not carried.state.slow:
@@ -466,7 +468,7 @@ class ContactJacobian(IterativeJacobian):
 
     def spread(self, d: Array, *, alone: bool = False) -> Array:
         """Others move by what the forces of these change."""
-        if alone:
+        if alone or self._with_springs.every:
             return d
         out = -coefficients(self._with_springs.answer_to_own(self._forces_of(d)))
         out[self.departing] = d
@@ -475,6 +477,8 @@ class ContactJacobian(IterativeJacobian):
     def spread_transposed(self, x: Array) -> Array:
         """The transpose."""
         assert self._departing is not None
+        if self._with_springs.every:
+            return x
         others = x.copy()
         others[self.departing] = 0.0
         pulled = self._with_springs.answer(_complex(others, self._L), transposed=True)[self._departing.ports]
@@ -492,12 +496,13 @@ class ContactJacobian(IterativeJacobian):
         assert made is not None
         assert made.ports is not None
         assert self._departing is not None
-        X = x.reshape(-1, self._L)
-        places = np.searchsorted(self._departing.ports, made.ports)
-        solve = made.solve_transposed if transposed else made.solve
-        out, own = X.copy(), np.vstack([X[places], np.zeros((1, self._L))])
-        out[places] = solve(own)[:-1]
-        return out.ravel()
+        solve, X = made.solve_transposed if transposed else made.solve, np.zeros((x.size // self._L + 1, self._L))
+        X[:-1] = x.reshape(-1, self._L)
+        if len(made.ports) == len(self._departing.ports):
+            return solve(X)[:-1].ravel()
+        places = np.append(np.searchsorted(self._departing.ports, made.ports), len(X) - 1)
+        X[places] = solve(X[places])
+        return X[:-1].ravel()
 
     def take_over(self, other: Jacobian) -> None:
         """Use the preconditioner of a neighbouring Jacobian."""
@@ -549,7 +554,7 @@ class ContactJacobian(IterativeJacobian):
             attached, self._wasted = stuck.at(shares[:-1]), None
             departing = Departing(self._elements, attached, stuck.stuck)
         self._departing = departing
-        self._with_springs = stuck.compliance(attached, factors, departing.ports)
+        self._with_springs = stuck.compliance(attached, factors, departing.ports, near=not self.has_nearby)
         if offered is not None and self._wasted is not None:
             return offered
         near = attached.near(factors, departing.ports)
@@ -571,15 +576,14 @@ class ContactJacobian(IterativeJacobian):
             out = x.copy()
             out[self.departing] = self._solved(self.spread_transposed(x), transposed=True)
             return coefficients(self._with_springs.released_transposed(_complex(out, self._L)))
-        own = list[Array]()
 
-        def forces(free: ComplexArray) -> ComplexArray:
-            own.append(self._solved(coefficients(free)))
-            return self._forces_of(own[0])
+        def solve(X: ComplexArray) -> ComplexArray:
+            return _complex(self._solved(coefficients(X)), self._L)
 
-        out = coefficients(self._with_springs.released(_complex(x, self._L), forces))
-        out[self.departing] = own[0]
-        return out
+        def forces(X: ComplexArray) -> ComplexArray:
+            return self._forces_of(coefficients(X))
+
+        return coefficients(self._with_springs.eliminated(_complex(x, self._L), solve, forces))
 
     def __repr__(self) -> str:
         return f"ContactJacobian({self.size})"

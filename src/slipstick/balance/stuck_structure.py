@@ -11,6 +11,7 @@ rank, as the lowest of the modes left out make most of it, and counts among the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,8 @@ from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
+
+_Map = Callable[[ComplexArray], ComplexArray]
 
 STIFF_FROM = 100.0
 """Stiffness of stuck contacts over that of the structure, from which they are attached to it: soft ones do without."""
@@ -113,17 +116,24 @@ class Attached:
 
         ``free`` are the factors without springs at the same frequencies.
         """
-        n = len(self._roots)
-        moving = 1.0 / free.weight - 1.0 / free.weight[0].real
-        weight = 1.0 / (self._roots + moving @ self._vectors**2)
-        share, shapes = np.ones((1, len(weight)), dtype=complex), self.shapes[ports, :n] @ self._vectors
-        parts = WrittenResiduals([self.between(ports)[1]], symmetric=True)
+        share, shapes = np.ones((1, len(free.weight)), dtype=complex), self._static_shapes[ports]
+        weight, parts = self.static_modes(free)[1], WrittenResiduals([self.between(ports)[1]], symmetric=True)
         return FactoredCompliance(
             Factors(
                 left=shapes, right=shapes, weight=weight, slope=np.zeros_like(weight),
                 parts=parts, part_weight=share, part_slope=np.zeros_like(share),
             )
         )  # fmt: skip
+
+    def static_modes(self, free: Factors) -> tuple[Array, ComplexArray]:
+        """Modes (n_ports, n_modes) of the static structure with springs, and weights without damping between them."""
+        moving = 1.0 / free.weight - 1.0 / free.weight[0].real
+        return self._static_shapes, 1.0 / (self._roots + moving @ self._vectors**2)
+
+    @cached_property
+    def _static_shapes(self) -> Array:
+        n = len(self._roots)
+        return np.asarray(self.shapes[:, :n] @ self._vectors)
 
 
 class SpringCompliance:
@@ -135,18 +145,25 @@ class SpringCompliance:
     ----------
     attached
         The structure with springs.
-    weight
-        ``W`` (n + 1, m) without springs.
+    shapes, modal
+        Modes, and their motion by modal forces: ``S`` of all shapes, or weights (n + 1, m).
     loss
         e (n + 1,).
     ports
-        Numbers (m,) of some ports.
+        Numbers of some ports.
+
+    Attributes
+    ----------
+    every
+        Whether these are all.
     """
 
-    def __init__(self, attached: Attached, weight: ComplexArray, loss: ComplexArray, ports: NDArray[np.intp]) -> None:
+    def __init__(
+        self, attached: Attached, shapes: Array, modal: ComplexArray, loss: ComplexArray, ports: NDArray[np.intp]
+    ) -> None:
         self.ports, self._attached, self._springs = ports, attached, attached.springs[:, None]
-        self._modal, self._loss = attached.modal(weight, loss).conj(), loss.conj()
-        self._shapes, self._own_shapes = attached.shapes, attached.shapes[ports]
+        self._modal, self._loss, self.every = modal.conj(), loss.conj(), len(ports) == len(attached.springs)
+        self._shapes, self._own_shapes = shapes, shapes[ports]
         self._to_own, self._own, self._own_by_loss = attached.between(ports)
 
     def own(self, F: ComplexArray) -> ComplexArray:
@@ -163,17 +180,23 @@ class SpringCompliance:
         """Motion of all ports by forces on the ports."""
         return self._whole(_times(self._to_own.T, F), self._by_modes(_times(self._own_shapes.T, F)))
 
-    def released(self, X: ComplexArray, forces: Callable[[ComplexArray], ComplexArray]) -> ComplexArray:
-        """``(I + A K)^-1 X``, which is ``X - A_K K X``, less the motion by forces that depend on it at the ports."""
+    def eliminated(self, X: ComplexArray, solve: _Map, forces: _Map) -> ComplexArray:
+        """Y of ``X = Y + A_K (K X + F)``: at the ports ``solve`` of it without F, whose ``forces`` are F."""
         moved, modal = self._by_springs(X), _times(self._shapes.T, self._springs * X)
         here = moved[self.ports]
         own = X[self.ports] - here - _times(self._own_shapes, self._by_modes(modal))
         if self._loss.any():
-            own -= self._loss * (here - _times(self._to_own, self._springs * moved))
+            back = self._by_springs(moved) if self.every else _times(self._to_own, self._springs * moved)
+            own -= self._loss * (here - back)
+        own = solve(own)
+        if self.every:
+            return own
         F = forces(own)
         moved += _times(self._to_own.T, F)
         modal += _times(self._own_shapes.T, F)
-        return X - self._whole(moved, self._by_modes(modal))
+        out = X - self._whole(moved, self._by_modes(modal))
+        out[self.ports] = own
+        return out
 
     def released_transposed(self, X: ComplexArray) -> ComplexArray:
         """``(I + A K)^-T X``, which is ``X - K A_K^T X``."""
@@ -192,7 +215,9 @@ class SpringCompliance:
         return self._attached.moved(np.ascontiguousarray(X).view(float)).view(complex)
 
     def _by_modes(self, f: ComplexArray, *, transposed: bool = False) -> ComplexArray:
-        """Motion along the shapes (2 m, n + 1) by forces along them: the second half are those by the loss."""
+        """Motion along the shapes by forces along them, (any, n + 1): the second half of all shapes is by the loss."""
+        if self._modal.ndim == 2:
+            return np.ascontiguousarray(f * (self._modal.conj() if transposed else self._modal).T)
         S, loss, m = self._modal, self._loss, len(f) // 2
         if transposed:
             S, loss = S.conj().transpose(0, 2, 1), loss.conj()
@@ -239,10 +264,23 @@ class StuckStructure:
             self._latest = share, self._with(share * self.stuck)
         return self._latest[1]
 
-    def compliance(self, attached: Attached, free: Factors, ports: NDArray[np.intp]) -> SpringCompliance:
-        """With springs attached, from and to some ports, at the frequencies of factors without them."""
-        grown = [free.part_weight[p][:, None] * values for p, values in self._grows]
-        return SpringCompliance(attached, np.hstack([free.weight, *grown]), _loss(free), ports)
+    @property
+    def has_residual(self) -> bool:
+        """Whether there is a residual, of which products cost most."""
+        return bool(self._residual.any())
+
+    def compliance(
+        self, attached: Attached, free: Factors, ports: NDArray[np.intp], *, near: bool = False
+    ) -> SpringCompliance:
+        """With springs attached, from and to some ports, at the frequencies of factors without them.
+
+        ``near``: without damping between the modes of the static structure with springs, and what grows.
+        """
+        if near:
+            return SpringCompliance(attached, *attached.static_modes(free), np.zeros(len(free.weight), complex), ports)
+        grown, loss = [free.part_weight[p][:, None] * values for p, values in self._grows], _loss(free)
+        modal = attached.modal(np.hstack([free.weight, *grown]), loss)
+        return SpringCompliance(attached, attached.shapes, modal, loss, ports)
 
     def _with(self, springs: Array) -> Attached:
         """With other springs, softer along some ports: ``G + G_p (D_p^-1 - G_pp)^-1 G_p^T``, D being what they lack."""

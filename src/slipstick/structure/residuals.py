@@ -50,7 +50,7 @@ _CACHE_ENTRIES, _TILE = 2**18, 200
 
 
 def symmetric_product(matrix: Array, x: Array, out: Array | None = None) -> Array:
-    """``matrix @ x`` (n, k) for a symmetric matrix, added to ``out``: of a large one the lower half is read, by tiles."""
+    """``matrix @ x`` (n, k) for a symmetric matrix, added to ``out``: of a large one half is read, in tiles."""
     n = len(matrix)
     if n * n <= _CACHE_ENTRIES and out is None:
         return np.asarray(matrix @ x)
