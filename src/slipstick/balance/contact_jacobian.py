@@ -6,8 +6,9 @@ blocks. ``U W`` holds, exactly, the modes that couple the elements most: ``U`` i
 excitation by it. P is inverted by Woodbury's formula.
 
 Where contacts are stiff, as clamped ones are, those that stick are first replaced by springs K on the structure (see
-``StuckStructure``): ``J = (I + A K) (I + A_K (dF/dX - K))``. The first factor is inverted as a whole, and D and U W
-stand for the second one, with ``A_K`` for A and ``dF/dX - K`` for dF/dX.
+``StuckStructure``): ``J = (I + A K) (I + A_K E)`` with ``E = dF/dX - K``. E is zero at contacts that stick or are open
+all through the period, so the second factor is solved for the others alone: D and U W stand for it, with ``A_K`` for A
+and E for dF/dX. The first factor is inverted as a whole.
 """
 
 from __future__ import annotations
@@ -570,8 +571,8 @@ class ContactJacobian(IterativeJacobian):
         if self._preconditioner is None:
             return np.full(x.shape, np.nan)
         if self._departing is None:
-            solve = self._preconditioner.solve_transposed if transposed else self._preconditioner.solve
-            return solve(self._rows(x))[:-1].ravel()
+            whole = self._preconditioner.solve_transposed if transposed else self._preconditioner.solve
+            return whole(self._rows(x))[:-1].ravel()
         if transposed:
             out = x.copy()
             out[self.departing] = self._solved(self.spread_transposed(x), transposed=True)
