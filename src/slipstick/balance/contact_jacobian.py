@@ -435,7 +435,7 @@ class ContactJacobian(IterativeJacobian):
         return x + self._compliance.answer(_complex(self._forces(x), self._L))
 
     def nearby(self, x: Array) -> Array:
-        """``J @ x`` without the coupling of elements by residuals, which decays fast with distance."""
+        """``J @ x`` without the coupling of elements by residuals, which decays fast with distance; for soft ones."""
         F, out = self._forces_and_none(x), self._rows(x)
         out[:-1] += coefficients(self._compliance.by_modes(_complex(F[:-1], self._L))).reshape(-1, self._L)
         for elements, residual in zip(self._elements, self._own_residuals, strict=True):

@@ -31,7 +31,7 @@ _Map = Callable[[ComplexArray], ComplexArray]
 STIFF_FROM = 100.0
 """Stiffness of stuck contacts over that of the structure, from which they are attached to it: soft ones do without."""
 MOST_PORTS = 4000
-"""Ports up to which the residual is written out with the springs: 128 MB, and some seconds once."""
+"""Ports up to which the residual is written out with the springs: a few times 128 MB, and some seconds once."""
 SHARE = 1 / 3
 """Springs of contacts that slip, over their stiffness: iterations are fewest between a fifth and a half."""
 STICKING = 0.4
