@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -12,11 +13,13 @@ from helpers.joint import clamped_by_points
 import slipstick as ss
 from slipstick.balance import stuck_structure as module
 from slipstick.balance.balance import Balance
+from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.evaluation import FrequencySystem
 from slipstick.balance.scaling import motions_at
 from slipstick.balance.stuck_structure import StuckStructure, stuck_structure
 from slipstick.solve.linear.block_bordered import BlockBordered
 from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.newton import newton_at
 from slipstick.structure.receptance import Factors
 from slipstick.structure.residuals import WrittenResiduals
@@ -214,6 +217,32 @@ def test_a_preconditioner_of_a_neighbour_serves_where_other_contacts_slip():
     assert own.products <= 2
     assert np.linalg.norm(found - expected) <= 1e-6 * np.linalg.norm(expected)
     assert own.sign() == dense.sign()
+
+
+def test_curves_of_a_clamped_joint_are_those_of_dense_jacobians(monkeypatch):
+    """With two products of the Jacobian for each of its solutions and signs, at most, in the mean."""
+    problem, span, counts = joint()[0], (8.8e3, 9.2e3), Counter()
+
+    def count(kind, name):
+        once = getattr(kind, name)
+        monkeypatch.setattr(kind, name, lambda *of, **how: counts.update([name]) or once(*of, **how))
+
+    for kind, name in (
+        (ContactJacobian, "multiply"), (IterativeJacobian, "solve"), (IterativeJacobian, "solve_correction"),
+        (IterativeJacobian, "sign"),
+    ):  # fmt: skip
+        count(kind, name)
+    found = [
+        ss.forced_response(problem, omega=span, at=[8.9e3, 9.1e3], options={"jacobian": kind}).dataset
+        for kind in ("dense", "iterative")
+    ]
+    exact, own = (data.isel(point=data.kind.values == "requested") for data in found)
+    assert own.omega.size == exact.omega.size == 2
+    for name in ("displacement", "normal_force", "friction_force"):
+        one, other = own[name].values, exact[name].values
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-8 * np.abs(other).max(), err_msg=name)
+    assert np.any(own.slip_fraction.values > 0.0)
+    assert 0 < counts.pop("multiply") <= 2 * counts.total()
 
 
 def row_of_springs(n=60, reach=12.0):
