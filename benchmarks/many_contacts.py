@@ -17,9 +17,11 @@ to size, and what the time goes to, by samples of the innermost of a few functio
 The same chains with the peaks of every output, from 2 to 15 rad/s: points, peaks, evaluations and seconds of a curve.
 
     OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --joint 35 115 400 686 [--jacobian dense] [--force 1] [--first]
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py --joint 400 686 --force 0.3 --omega 1100 1189
 
 Two beams that overlap, clamped together by three bolts of 5 kN, with as many planar contacts in the lap, harmonics 0 to
-5, through the first resonance or at its first frequency alone: seconds, Newton steps, products and factorisations.
+5, through the first resonance or at its first frequency alone: seconds, Newton steps, factorisations, products of the
+Jacobian, and products of the iterations for the contacts that slip.
 """
 
 from __future__ import annotations
@@ -261,7 +263,7 @@ def lap_joint(points: int, force: float) -> ss.Problem:
     return given.preloaded(ss.preload(given, [tight], pairs=joint))
 
 
-def joint(points: int, force: float, jacobian: str, first: bool) -> dict[str, Any]:
+def joint(points: int, force: float, jacobian: str, first: bool, omega: tuple[float, float]) -> dict[str, Any]:
     """A row for the curve of a joint, or for its first point."""
     given, tried = lap_joint(points, force), list[str]()
 
@@ -273,9 +275,9 @@ def joint(points: int, force: float, jacobian: str, first: bool) -> dict[str, An
     with one_thread(), factorisations() as made, counted_products(products):
         began = process_time()
         branch = (
-            ss.steady_response(given, omega=LAP_RANGE[0], options={"jacobian": jacobian}, listeners=listen)
+            ss.steady_response(given, omega=omega[0], options={"jacobian": jacobian}, listeners=listen)
             if first
-            else ss.forced_response(given, omega=LAP_RANGE, options={"jacobian": jacobian}, listeners=listen)
+            else ss.forced_response(given, omega=omega, options={"jacobian": jacobian}, listeners=listen)
         )
         seconds = process_time() - began
     dataset = branch.dataset
@@ -289,10 +291,11 @@ def joint(points: int, force: float, jacobian: str, first: bool) -> dict[str, An
 
 @contextmanager
 def counted_products(counts: Counter[str]) -> Iterator[None]:
-    """Counts solutions by GMRES and the products they take."""
+    """Counts solutions by GMRES and the products they take, and products of the Jacobian."""
+    from slipstick.balance.contact_jacobian import ContactJacobian
     from slipstick.solve.linear import iterative
 
-    gmres = iterative.gmres
+    gmres, multiply = iterative.gmres, ContactJacobian.multiply
 
     def counted(*given: Any, **options: Any) -> Any:
         solved = gmres(*given, **options)
@@ -300,11 +303,15 @@ def counted_products(counts: Counter[str]) -> Iterator[None]:
         counts["products"] += solved.products
         return solved
 
-    iterative.gmres = counted
+    def whole(self: Any, x: Any, **options: Any) -> Any:
+        counts["products of the Jacobian"] += 1
+        return multiply(self, x, **options)
+
+    iterative.gmres, ContactJacobian.multiply = counted, whole  # type: ignore[method-assign]
     try:
         yield
     finally:
-        iterative.gmres = gmres
+        iterative.gmres, ContactJacobian.multiply = gmres, multiply  # type: ignore[method-assign]
 
 
 def peaks(n: int) -> dict[str, Any]:
@@ -332,6 +339,7 @@ def main() -> None:
     parser.add_argument("--joint", action="store_true", help="a bolted lap joint in place of the plate")
     parser.add_argument("--jacobian", default="auto", help="of the joint: auto, dense or iterative")
     parser.add_argument("--force", type=float, default=10.0, help="amplitude of the force on the joint, N")
+    parser.add_argument("--omega", type=float, nargs=2, default=LAP_RANGE, help="range of the joint's curve, rad/s")
     parser.add_argument("--first", action="store_true", help="of the joint the first point alone")
     parser.add_argument("--peaks", action="store_true", help="peaks of every output of the chains")
     options = parser.parse_args()
@@ -341,7 +349,9 @@ def main() -> None:
         return
     if options.joint:
         for n in options.counts:
-            print(json.dumps(joint(n, options.force, options.jacobian, options.first)), flush=True)
+            print(
+                json.dumps(joint(n, options.force, options.jacobian, options.first, tuple(options.omega))), flush=True
+            )
         return
     if options.chains:
         for row in growth(options.counts or CHAINS):

@@ -6,8 +6,9 @@ blocks. ``U W`` holds, exactly, the modes that couple the elements most: ``U`` i
 excitation by it. P is inverted by Woodbury's formula.
 
 Where contacts are stiff, as clamped ones are, those that stick are first replaced by springs K on the structure (see
-``StuckStructure``): ``J = (I + A K) (I + A_K (dF/dX - K))``. The first factor is inverted as a whole, and D and U W
-stand for the second one, with ``A_K`` for A and ``dF/dX - K`` for dF/dX.
+``StuckStructure``): ``J = (I + A K) (I + A_K E)`` with ``E = dF/dX - K``. E is zero at contacts that stick or are open
+all through the period, so the second factor is solved for the others alone: D and U W stand for it, with ``A_K`` for A
+and E for dF/dX. The first factor is inverted as a whole.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from scipy.linalg import lu_factor
 from scipy.linalg.lapack import dgetrs
 
 from slipstick.balance.compliance import FactoredCompliance, coefficients
+from slipstick.balance.stuck_structure import SHARE, STICKING
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.typing import Array, ComplexArray
@@ -32,7 +34,7 @@ from slipstick.typing import Array, ComplexArray
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
     from slipstick.balance.layout import Tangents
-    from slipstick.balance.stuck_structure import StuckStructure
+    from slipstick.balance.stuck_structure import Attached, SpringCompliance, StuckStructure
     from slipstick.state.contact_state import Carried
 
 # Preconditioner.
@@ -42,6 +44,10 @@ _MIN_GAIN = 0.03
 """Gain of a mode through all contacts below which it is left out: it hardly moves an eigenvalue from 1."""
 _COST = 10.0
 """Cost of making a preconditioner in products (measured at 300 and 1000 contacts: 11)."""
+_SPARED, _FEW = 1.25, 8
+"""Ratio and number of elements that springs of a neighbouring Jacobian may leave more than springs of its own would."""
+_ZERO = 1e-10
+"""Difference of the tangent of an element to its springs, over the stiffness of stuck contacts, that is zero."""
 _CHUNK = 256
 """Elements whose forces by all modes are computed together: bounds the memory."""
 
@@ -54,19 +60,34 @@ def _blocks() -> ModuleType:
     return blocks
 
 
-class Elements:
-    """The elements of one batch: their port numbers (n, p), -1 where there is none, and ``dF/dX`` (n, p L, p L).
+class Blocks:
+    """Elements by their port numbers (n, p), -1 where there is none, and products with blocks (n, p L, p L) of them.
 
     Numbers at the ports are (n_ports + 1, L), the last row zero.
     """
 
+    def __init__(self, rows: NDArray[np.intp], L: int) -> None:
+        self.rows, self.shape = rows, (*rows.shape, L)
+
+    def stiffness(self, blocks: Array) -> Array:
+        """Largest entry of blocks (n, p L, p L) at each port, (n, p)."""
+        return np.asarray(np.abs(blocks).max(axis=2).reshape(self.shape).max(axis=2))
+
+    def multiply(self, blocks: Array, X: Array, out: Array, *, transposed: bool = False) -> None:
+        """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` means nothing."""
+        _blocks().blocks_times(blocks, self.rows, X, out, transposed)
+
+
+class Elements(Blocks):
+    """The elements of one batch with ``dF/dX`` (n, p L, p L)."""
+
     def __init__(self, balance: Balance, k: int, tangents: Mapping[tuple[int, int], Array]) -> None:
         batch, L = balance.batches[k], balance.L
         n, p = batch.count, len(batch.ports)
-        self.shape = n, p, L
-        self.rows = np.full((n, p), -1)
+        rows = np.full((n, p), -1)
+        super().__init__(rows, L)
         for i, port in enumerate(batch.ports):
-            self.rows[port.members, i] = np.arange(balance.n_ports)[port.rows]
+            rows[port.members, i] = np.arange(balance.n_ports)[port.rows]
         tangent = np.zeros((n, p, L, p, L))
         for (i, j), part in tangents.items():
             tangent[:, i, :, j, :] = part * self._here(i, j)
@@ -89,27 +110,31 @@ class Elements:
         self.fed_back = rows, gain, columns
         self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
 
-    def beyond(self, springs: Array | None) -> Array:
+    def beyond(self, springs: Array) -> Array:
         """``dF/dX`` by the element's own motion less springs at the ports (n_ports,), (n, p L, p L)."""
-        if springs is None:
-            return self.local
         _, p, L = self.shape
-        attached = np.repeat(np.append(springs, 0.0)[self.rows], L, axis=1)
         out = self.local.copy()
-        out[:, np.arange(p * L), np.arange(p * L)] -= attached
+        out[:, np.arange(p * L), np.arange(p * L)] -= np.repeat(self._along(springs), L, axis=1)
         return out
 
-    def add_stiffness(self, out: Array) -> None:
-        """Add the mean stiffness of each port over a period to numbers (n_ports + 1,); the last means nothing."""
-        np.add.at(out, self.rows, np.einsum("nkk->nk", self.local).reshape(self.shape).mean(axis=2))
+    def _along(self, springs: Array) -> Array:
+        """Springs at the ports (n_ports,) by element, (n, p)."""
+        return np.asarray(np.append(springs, 0.0)[self.rows])
 
-    def stiffness(self, blocks: Array) -> Array:
-        """Largest entry of blocks (n, p L, p L) at each port, (n, p)."""
-        return np.asarray(np.abs(blocks).max(axis=2).reshape(self.shape).max(axis=2))
+    def differ(self, beyond: Array, stuck: Array) -> NDArray[np.bool_]:
+        """Which elements (n,) have blocks (n, p L, p L) that are not zero, beside a stiffness (n_ports,)."""
+        return np.asarray(np.abs(beyond).max(axis=(1, 2)) > _ZERO * self._along(stuck).max(axis=1))
 
-    def multiply(self, blocks: Array, X: Array, out: Array, *, transposed: bool = False) -> None:
-        """Write blocks (n, p L, p L) times ``X`` to the rows of the elements; the last row of ``out`` means nothing."""
-        _blocks().blocks_times(blocks, self.rows, X, out, transposed)
+    def shares(self, stuck: Array, out: Array) -> int:
+        """Write shares of springs (n_ports,) to numbers (n_ports + 1,); the number of elements that are no springs.
+
+        All where an element sticks through the period, none where it is open or mostly slips, else a part.
+        """
+        own, slipping = self._along(stuck), self.differ(self.local, stuck)
+        held = ~self.differ(self.beyond(stuck), stuck)
+        mean = np.einsum("nkk->nk", self.local).reshape(self.shape).mean(axis=2)
+        out[self.rows] = np.where(held[:, None], 1.0, np.where(mean >= STICKING * own, SHARE, 0.0))
+        return int(np.count_nonzero(slipping & ~held))
 
     def forces(self, X: Array, out: Array, *, transposed: bool = False, sizes: bool = False) -> None:
         """Write ``dF/dX X``, or with the transpose, or with the sizes of all entries, likewise."""
@@ -130,10 +155,14 @@ class Preconditioner:
 
     Parameters
     ----------
-    elements
-        Tangents of all batches.
-    stuck
-        The structure with stuck contacts where these are stiff.
+    elements, tangents
+        Batches and what stands for their ``dF/dX``.
+    compliance
+        Between the ports of these.
+    attached
+        The structure with springs at which these are; None where contacts are soft.
+    ports
+        Numbers of the ports among all.
 
     Attributes
     ----------
@@ -142,19 +171,16 @@ class Preconditioner:
     """
 
     def __init__(
-        self, elements: Sequence[Elements], compliance: FactoredCompliance, stuck: StuckStructure | None = None
+        self,
+        elements: Sequence[Blocks],
+        tangents: Sequence[Array],
+        compliance: FactoredCompliance,
+        attached: Attached | None = None,
+        ports: NDArray[np.intp] | None = None,
     ) -> None:
         self._elements, self.by_digit = elements, 0.0
-        self._springs: Array | None = None
-        sign = 1
-        if stuck is not None:
-            stiffness = np.zeros(compliance.n_rows + 1)
-            for batch in elements:
-                batch.add_stiffness(stiffness)
-            attached = stuck.at(stiffness[:-1])
-            self._springs, sign, compliance = attached.springs, attached.sign, attached.compliance(compliance.factors)
-        self._compliance = compliance
-        tangents = [batch.beyond(self._springs) for batch in elements]
+        self.attached, self.ports = attached, ports
+        sign = 1 if attached is None else attached.sign
         exact = _exact_modes(elements, tangents, compliance)
         self._set_modes(exact, compliance)
         self._inverse, self._forces = list[Array](), list[Array]()
@@ -198,7 +224,7 @@ class Preconditioner:
                 yield coefficient, slice(at, at + end - begin), shapes
                 at += end - begin
 
-    def _add_modal_forces(self, elements: Elements, forces: Array, out: Array) -> None:
+    def _add_modal_forces(self, elements: Blocks, forces: Array, out: Array) -> None:
         """Add the modal forces (q, q) by the motion of the modes, from forces (n, p L, p L) of the elements."""
         n, p, L = elements.shape
         for first in range(0, n, _CHUNK):
@@ -230,7 +256,6 @@ class Preconditioner:
 
     def solve(self, X: Array) -> Array:
         """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row zero, and of no meaning in the result."""
-        X = self._released(X)
         out, forces, f = np.zeros_like(X), np.zeros_like(X), np.empty(self._size)
         for elements, blocks in zip(self._elements, self._forces, strict=True):
             elements.multiply(blocks, X, forces)
@@ -251,23 +276,66 @@ class Preconditioner:
         _blocks().subtract_along_modes(self._right, self._first, g, forces)
         for elements, blocks in zip(self._elements, self._forces, strict=True):
             elements.multiply(blocks, forces, pulled, transposed=True)
-        return self._released(out + pulled, transposed=True)
+        return np.asarray(out + pulled)
 
-    def _released(self, X: Array, *, transposed: bool = False) -> Array:
-        """``(I + A K)^-1 X``, which is ``X - A_K K X``, or with the transpose."""
-        if self._springs is None:
-            return X
-        out, springs, L = X.copy(), self._springs[:, None], X.shape[1]
-        if transposed:
-            pulled = self._compliance.transposed(_complex(X[:-1], L))
-            out[:-1] -= springs * coefficients(pulled).reshape(-1, L)
-        else:
-            out[:-1] -= self._compliance.answer(_complex(springs * X[:-1], L)).reshape(-1, L)
-        return out
+
+class Departing:
+    """The elements that are no springs of a structure with springs, by the ports that they have.
+
+    With ``E = dF/dX - K``, zero at all others, and these ports a: ``I + A_K E`` is ``I + A_aa E`` for them alone, and
+    the motion of the others follows from ``A_ia E``.
+
+    Parameters
+    ----------
+    elements
+        All batches.
+    attached
+        The structure with springs.
+    stuck
+        Stiffness (n_ports,) of contacts that stick.
+    also
+        Ports whose elements count among these in any case.
+
+    Attributes
+    ----------
+    ports
+        Numbers (m,) of the ports.
+    count
+        Number of elements.
+    batches, tangents
+        By the numbers of ``ports``, with ``E`` of each.
+    """
+
+    def __init__(
+        self, elements: Sequence[Elements], attached: Attached, stuck: Array, also: NDArray[np.intp] | None = None
+    ) -> None:
+        n, self.L = len(stuck), elements[0].shape[2]
+        marked, self.tangents, rows = np.zeros(n + 1, dtype=bool), list[Array](), list[NDArray[np.intp]]()
+        if also is not None:
+            marked[also] = True
+        for batch in elements:
+            beyond = batch.beyond(attached.springs)
+            own = batch.differ(beyond, stuck) | marked[batch.rows].any(axis=1)
+            if own.any():
+                marked[batch.rows[own]] = True
+                marked[-1] = False
+                self.tangents.append(beyond[own])
+                rows.append(batch.rows[own])
+        self.ports, self.count = np.flatnonzero(marked), sum(map(len, rows))
+        number = np.full(n + 1, -1)
+        number[self.ports] = np.arange(len(self.ports))
+        self.batches = [Blocks(number[own], self.L) for own in rows]
+
+    def forces(self, X: Array, *, transposed: bool = False) -> Array:
+        """``E X`` (m, L) for motion (m, L), or with the transpose."""
+        given, out = np.vstack([X, np.zeros((1, self.L))]), np.zeros((len(X) + 1, self.L))
+        for batch, tangent in zip(self.batches, self.tangents, strict=True):
+            batch.multiply(tangent, given, out, transposed=transposed)
+        return out[:-1]
 
 
 def _exact_modes(
-    elements: Sequence[Elements], tangents: Sequence[Array], compliance: FactoredCompliance
+    elements: Sequence[Blocks], tangents: Sequence[Array], compliance: FactoredCompliance
 ) -> NDArray[np.bool_]:
     """Modes of each order that couple the ports most, (n + 1, n_modes)."""
     f, n = compliance.factors, compliance.n_rows
@@ -311,18 +379,25 @@ class ContactJacobian(IterativeJacobian):
     has_nearby = True
     _wasted: float | None = None
     """Extra products because the preconditioner was made for another Jacobian; None: it is its own."""
+    _offered: Preconditioner | None = None
+    """That of a neighbouring Jacobian."""
+    _departing: Departing | None = None
+    """With stiff contacts those that are no springs."""
+    _with_springs: SpringCompliance
+    """``A_K`` from and to their ports."""
 
     def __init__(
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
         self._stuck = balance.stuck(compliance.factors)
-        if self._stuck is not None:
+        if self._stuck is not None and not self._stuck.has_residual:
             self.has_nearby = False
         self._elements = [Elements(balance, k, tangent) for k, tangent in enumerate(tangents)]
         for carried in states:
             if not carried.state.slow:
                 self._elements[carried.batch].feed_back(carried)
+                self.has_nearby = self._stuck is None
 
     @property
     def size(self) -> int:
@@ -360,7 +435,7 @@ class ContactJacobian(IterativeJacobian):
         return x + self._compliance.answer(_complex(self._forces(x), self._L))
 
     def nearby(self, x: Array) -> Array:
-        """``J @ x`` without the coupling of elements by residuals, which decays fast with distance."""
+        """``J @ x`` without the coupling of elements by residuals, which decays fast with distance; for soft ones."""
         F, out = self._forces_and_none(x), self._rows(x)
         out[:-1] += coefficients(self._compliance.by_modes(_complex(F[:-1], self._L))).reshape(-1, self._L)
         for elements, residual in zip(self._elements, self._own_residuals, strict=True):
@@ -381,11 +456,62 @@ class ContactJacobian(IterativeJacobian):
         by_order = self._compliance.bound_by_order(G)
         return np.abs(x) + np.hstack([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)]).ravel()
 
+    @cached_property
+    def departing(self) -> NDArray[np.intp] | None:
+        """See ``IterativeJacobian``: with stiff contacts the unknowns of those that are no springs."""
+        if self._preconditioner is None or self._departing is None:
+            return None
+        return (self._departing.ports[:, None] * self._L + np.arange(self._L)).ravel()
+
+    def departure(self, x: Array) -> Array:
+        """``P_a^-1 (I + A_aa E) x - x`` for their motion."""
+        return self._solved(x + coefficients(self._with_springs.own(self._forces_of(x)))) - x
+
+    def spread(self, d: Array, *, alone: bool = False) -> Array:
+        """Others move by what the forces of these change."""
+        if alone or self._with_springs.every:
+            return d
+        out = -coefficients(self._with_springs.answer_to_own(self._forces_of(d)))
+        out[self.departing] = d
+        return out
+
+    def spread_transposed(self, x: Array) -> Array:
+        """The transpose."""
+        assert self._departing is not None
+        if self._with_springs.every:
+            return x
+        others = x.copy()
+        others[self.departing] = 0.0
+        pulled = self._with_springs.answer(_complex(others, self._L), transposed=True)[self._departing.ports]
+        back = self._departing.forces(coefficients(pulled).reshape(-1, self._L), transposed=True)
+        return np.asarray(x[self.departing] - back.ravel())
+
+    def _forces_of(self, x: Array) -> ComplexArray:
+        """``E x`` (m, n + 1) of the motion of the departing elements."""
+        assert self._departing is not None
+        return _complex(self._departing.forces(x.reshape(-1, self._L)), self._L)
+
+    def _solved(self, x: Array, *, transposed: bool = False) -> Array:
+        """``P_a^-1 x`` for the departing elements: that of elements which it does not have is one."""
+        made = self._preconditioner
+        assert made is not None
+        assert made.ports is not None
+        assert self._departing is not None
+        solve, X = made.solve_transposed if transposed else made.solve, np.zeros((x.size // self._L + 1, self._L))
+        X[:-1] = x.reshape(-1, self._L)
+        if len(made.ports) == len(self._departing.ports):
+            return solve(X)[:-1].ravel()
+        places = np.append(np.searchsorted(self._departing.ports, made.ports), len(X) - 1)
+        X[places] = solve(X[places])
+        return X[:-1].ravel()
+
     def take_over(self, other: Jacobian) -> None:
         """Use the preconditioner of a neighbouring Jacobian."""
         super().take_over(other)
         if isinstance(other, ContactJacobian) and other.__dict__.get("_preconditioner") is not None:
-            self._preconditioner, self._wasted = other._preconditioner, other._wasted or 0.0
+            for name in ("_preconditioner", "departing"):
+                self.__dict__.pop(name, None)
+            self._offered, self._wasted = other._preconditioner, other._wasted or 0.0
 
     def took(self, products: int, tolerance: float) -> bool:
         """Make its own preconditioner once one taken over has cost as many extra products as making it."""
@@ -398,7 +524,8 @@ class ContactJacobian(IterativeJacobian):
         self._wasted += products - self._preconditioner.by_digit * digits
         if self._wasted <= _COST:
             return False
-        del self._preconditioner
+        for name in ("_preconditioner", "departing"):
+            self.__dict__.pop(name, None)
         self._wasted = None
         return True
 
@@ -406,9 +533,33 @@ class ContactJacobian(IterativeJacobian):
     def _preconditioner(self) -> Preconditioner | None:
         """The preconditioner; None where it is singular."""
         try:
-            return Preconditioner(self._elements, self._compliance, self._stuck)
+            if self._stuck is not None:
+                return self._beside_springs(self._stuck)
+            if self._wasted is not None:
+                return self._offered
+            return Preconditioner(self._elements, [batch.local for batch in self._elements], self._compliance)
         except np.linalg.LinAlgError:
             return None
+
+    def _beside_springs(self, stuck: StuckStructure) -> Preconditioner:
+        """That of the elements that are no springs; springs taken over are kept as long as they spare most of these."""
+        factors, offered, shares = self._compliance.factors, self._offered, np.zeros(self._n_ports + 1)
+        needed = sum(batch.shares(stuck.stuck, shares) for batch in self._elements)
+        attached = departing = None
+        if offered is not None and offered.attached is not None:
+            attached = offered.attached
+            departing = Departing(
+                self._elements, attached, stuck.stuck, None if self._wasted is None else offered.ports
+            )
+        if departing is None or attached is None or departing.count > _SPARED * needed + _FEW:
+            attached, self._wasted = stuck.at(shares[:-1]), None
+            departing = Departing(self._elements, attached, stuck.stuck)
+        self._departing = departing
+        self._with_springs = stuck.compliance(attached, factors, departing.ports, near=not self.has_nearby)
+        if offered is not None and self._wasted is not None:
+            return offered
+        near = attached.near(factors, departing.ports)
+        return Preconditioner(departing.batches, departing.tangents, near, attached, departing.ports)
 
     @property
     def preconditioner_sign(self) -> int:
@@ -419,8 +570,21 @@ class ContactJacobian(IterativeJacobian):
         """``P^-1 @ x`` (N,), or with the transpose."""
         if self._preconditioner is None:
             return np.full(x.shape, np.nan)
-        solve = self._preconditioner.solve_transposed if transposed else self._preconditioner.solve
-        return solve(self._rows(x))[:-1].ravel()
+        if self._departing is None:
+            whole = self._preconditioner.solve_transposed if transposed else self._preconditioner.solve
+            return whole(self._rows(x))[:-1].ravel()
+        if transposed:
+            out = x.copy()
+            out[self.departing] = self._solved(self.spread_transposed(x), transposed=True)
+            return coefficients(self._with_springs.released_transposed(_complex(out, self._L)))
+
+        def solve(X: ComplexArray) -> ComplexArray:
+            return _complex(self._solved(coefficients(X)), self._L)
+
+        def forces(X: ComplexArray) -> ComplexArray:
+            return self._forces_of(coefficients(X))
+
+        return coefficients(self._with_springs.eliminated(_complex(x, self._L), solve, forces))
 
     def __repr__(self) -> str:
         return f"ContactJacobian({self.size})"

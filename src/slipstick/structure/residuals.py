@@ -49,6 +49,23 @@ _CACHE_ENTRIES, _TILE = 2**18, 200
 """Entries of a matrix that fits into the cache as a whole; rows and columns of a tile that does (measured)."""
 
 
+def symmetric_product(matrix: Array, x: Array, out: Array | None = None) -> Array:
+    """``matrix @ x`` (n, k) for a symmetric matrix, added to ``out``: of a large one half is read, in tiles."""
+    n = len(matrix)
+    if n * n <= _CACHE_ENTRIES and out is None:
+        return np.asarray(matrix @ x)
+    out = np.zeros(x.shape) if out is None else out
+    for i in range(0, n, _TILE):
+        below = slice(i, min(i + _TILE, n))
+        out[below] += matrix[below, below] @ x[below]
+        for j in range(0, i, _TILE):
+            before = slice(j, j + _TILE)
+            tile = matrix[below, before]
+            out[below] += tile @ x[before]
+            out[before] += tile.T @ x[below]
+    return out
+
+
 class WrittenResiduals:
     """Matrices (n_rows, n_columns) that are written out; ``symmetric``: the first columns are the rows, as of one body.
 
@@ -83,16 +100,7 @@ class WrittenResiduals:
         n = len(matrix)
         if not self._symmetric or n * n <= _CACHE_ENTRIES or len(x) < n:
             return np.asarray(matrix[:, : len(x)] @ x)
-        out = np.asarray(matrix[:, n : len(x)] @ x[n:])
-        for i in range(0, n, _TILE):
-            below = slice(i, min(i + _TILE, n))
-            out[below] += matrix[below, below] @ x[below]
-            for j in range(0, i, _TILE):
-                before = slice(j, j + _TILE)
-                tile = matrix[below, before]
-                out[below] += tile @ x[before]
-                out[before] += tile.T @ x[below]
-        return out
+        return symmetric_product(matrix[:, :n], x[:n], np.asarray(matrix[:, n : len(x)] @ x[n:]))
 
     def times_transposed(self, z: ComplexArray, weight: ComplexArray) -> ComplexArray | float:
         """``sum_p weight_p R_p^T z``."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.solve.linear.jacobian import Jacobian
@@ -46,7 +47,8 @@ class BlockBordered(IterativeJacobian):
         """See ``IterativeJacobian.took``; the border is eliminated again with a new P."""
         anew = self._inner.took(products, tolerance)
         if anew:
-            self.__dict__.pop("_eliminated", None)
+            for name in ("_eliminated", "_pulled"):
+                self.__dict__.pop(name, None)
         return anew
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
@@ -84,10 +86,39 @@ class BlockBordered(IterativeJacobian):
         if transposed:
             y = np.linalg.solve(corner.T, last - moved.T @ first)
             rest = first - self._rows[:, : self._n].T @ y
-            return np.concatenate([self._inner.precondition(s * rest, transposed=True) / s, y])
+            return np.concatenate([s * self._inner.precondition(rest / s, transposed=True), y])
         here = self._inner.precondition(s * first) / s
         y = np.linalg.solve(corner, last - self._rows[:, : self._n] @ here)
         return np.concatenate([here - moved @ y, y])
+
+    @property
+    def departing(self) -> NDArray[np.intp] | None:
+        """Those of the inner one: the border is the same in P."""
+        return self._inner.departing
+
+    def departure(self, x: Array) -> Array:
+        """That of the inner one, in its units."""
+        return self._inner.departure(self._sizes_of[self.departing] * x)
+
+    def spread(self, d: Array, *, alone: bool = False) -> Array:
+        """With the further unknowns, so that the further equations hold."""
+        (moved, corner), s = self._eliminated, self._sizes_of
+        y, inner = -np.linalg.solve(corner, self._pulled @ d), self._inner.spread(d, alone=alone)
+        if alone:
+            return np.asarray(inner / s[self.departing] - moved[self.departing] @ y)
+        return np.concatenate([inner / s - moved @ y, y])
+
+    def spread_transposed(self, x: Array) -> Array:
+        """The transpose."""
+        (moved, corner), n = self._eliminated, self._n
+        y = np.linalg.solve(corner.T, x[n:] - moved.T @ x[:n])
+        return np.asarray(self._inner.spread_transposed(x[:n] / self._sizes_of) - self._pulled.T @ y)
+
+    @cached_property
+    def _pulled(self) -> Array:
+        """The further equations by what departs, (k, m)."""
+        rows = self._rows[:, : self._n] / self._sizes_of
+        return np.array([self._inner.spread_transposed(row) for row in rows])
 
     @property
     def preconditioner_sign(self) -> int:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
@@ -68,6 +69,27 @@ class IterativeJacobian(Jacobian):
 
     def nearby(self, x: Array) -> Array:
         """An approximation of ``J @ x`` (N,) that costs much less."""
+        raise NotImplementedError
+
+    @property
+    def departing(self) -> NDArray[np.intp] | None:
+        """Numbers (m,) of the only unknowns by which the approximation of J departs from P; None: any.
+
+        ``P^-1`` times the approximation is ``I + B D``, D depending on these unknowns alone; it is known by
+        ``departure`` and ``spread`` in place of ``nearby``, and solved for m unknowns.
+        """
+        return None
+
+    def departure(self, x: Array) -> Array:
+        """``D x`` (m,) for the departing unknowns."""
+        raise NotImplementedError
+
+    def spread(self, d: Array, *, alone: bool = False) -> Array:
+        """``B d`` (N,), or its part at the departing unknowns ``alone`` (m,)."""
+        raise NotImplementedError
+
+    def spread_transposed(self, x: Array) -> Array:
+        """``B^T x`` (m,)."""
         raise NotImplementedError
 
     def take_over(self, other: Jacobian) -> None:
@@ -193,8 +215,23 @@ class IterativeJacobian(Jacobian):
 
     def _found_nearby(self, rest: Array, tolerance: float) -> tuple[Array, Solved]:
         """The same with the result of GMRES."""
+        if self.departing is not None:
+            return self._found_departing(rest, tolerance, self.departing)
         found = gmres(self._preconditioned_nearby, self._weighed(rest), tolerance=tolerance, most=MOST_PRODUCTS)
         return self._weighed(found.x, -1), found
+
+    def _found_departing(self, rest: Array, tolerance: float, at: NDArray[np.intp]) -> tuple[Array, Solved]:
+        """Likewise, for the departing unknowns; the others follow."""
+
+        def apply(x: Array) -> Array:
+            return x + self.spread(self.departure(x), alone=True)
+
+        whole, part = float(np.linalg.norm(self._weighed(rest))), float(np.linalg.norm(rest[at]))
+        share = part / whole if part else 1.0
+        found = gmres(apply, rest[at], tolerance=tolerance / share, most=MOST_PRODUCTS)
+        x = rest - self.spread(self.departure(found.x))
+        x[at] = found.x
+        return x, replace(found, residual=found.residual * share)
 
     def _preconditioned(self, x: Array) -> Array:
         return self._weighed(self.precondition(self.multiply(self._weighed(x, -1))))
@@ -272,8 +309,8 @@ class BorderedIterative(Bordered, IterativeJacobian):
         """See ``IterativeJacobian.took``; the eliminated border is computed again with a new P."""
         anew = self._inner.took(products, tolerance)
         if anew:
-            self.__dict__.pop("_eliminated", None)
-            self.__dict__.pop("_weight", None)
+            for name in ("_eliminated", "_weight", "_pulled"):
+                self.__dict__.pop(name, None)
         return anew
 
     @cached_property
@@ -297,6 +334,31 @@ class BorderedIterative(Bordered, IterativeJacobian):
     def nearby(self, x: Array) -> Array:
         """With the border as it is."""
         return np.append(self._inner.nearby(x[:-1]) + self._column * x[-1], self._row @ x)
+
+    @property
+    def departing(self) -> NDArray[np.intp] | None:
+        """Those of the inner one: the border is the same in P."""
+        return self._inner.departing
+
+    def departure(self, x: Array) -> Array:
+        """That of the inner one."""
+        return self._inner.departure(x)
+
+    def spread(self, d: Array, *, alone: bool = False) -> Array:
+        """With the last unknown, so that the last equation holds."""
+        z, corner = self._eliminated
+        y, inner = -(self._pulled @ d) / corner, self._inner.spread(d, alone=alone)
+        return inner - y * z[self.departing] if alone else np.append(inner - y * z, y)
+
+    def spread_transposed(self, x: Array) -> Array:
+        """The transpose."""
+        z, corner = self._eliminated
+        return np.asarray(self._inner.spread_transposed(x[:-1]) - (x[-1] - x[:-1] @ z) / corner * self._pulled)
+
+    @cached_property
+    def _pulled(self) -> Array:
+        """The last equation by what departs, (m,)."""
+        return self._inner.spread_transposed(self._row[:-1])
 
     def precondition(self, x: Array, *, transposed: bool = False) -> Array:
         """``P^-1 @ x`` by block elimination of the border."""
