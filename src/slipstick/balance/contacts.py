@@ -186,6 +186,11 @@ class ContactPair:
         directions = self.directions.get(port)
         return None if directions is None else directions[k]
 
+    def place_of_motion(self, k: int) -> int:
+        """The first contact that moves as the k-th one does: 0 where areas of their own share one set of directions."""
+        together = np.ndim(self.area) and all(len(value) == 1 for value in self.given.values())
+        return 0 if together else k
+
     @property
     def first_direction(self) -> Direction:
         """Direction cosines of the first port that its first contact has."""
@@ -195,7 +200,8 @@ class ContactPair:
     @property
     def n_ports(self) -> int:
         """Number of ports that have a direction: each brings one unknown for every coefficient."""
-        return sum(direction is not None for directions in self.directions.values() for direction in directions)
+        moving = [k for k in range(len(self)) if self.place_of_motion(k) == k]
+        return sum(directions[k] is not None for directions in self.directions.values() for k in moving)
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -329,5 +329,5 @@ def _forces(balance: Balance, data: ResultTable, points: Sequence[int]) -> Array
     at, force = np.asarray(points, dtype=int), np.zeros((len(points), balance.n_ports, balance.L))
     for batch in balance.batches:
         for name, port in zip(batch.law.force_names, batch.ports, strict=True):
-            force[:, port.rows] = data[f"{name}_force"].to_numpy()[at][:, batch.elements][:, port.members]
+            port.add(data[f"{name}_force"].to_numpy()[at][:, batch.elements][:, port.members], force, 1)
     return force
