@@ -12,7 +12,9 @@ import numpy as np
 from slipstick.analysis.preload.preload import Preload
 from slipstick.balance.contacts import ContactPair, Direction
 from slipstick.balance.loads import Load
+from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
+from slipstick.contact.names import block_of
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     MOST_ITEMS,
@@ -126,6 +128,12 @@ class SurfacePair(list[ContactPair]):
             return points
         parts = {name: getattr(points, name)[self._order] for name in ("positions", "normals", "areas")}
         return replace(points, **parts)
+
+    def replaced_in(self, problem: Problem) -> Problem:
+        """The problem with these contacts in the place of those that have the name of this joint."""
+        others = [pair for pair in problem.contacts if block_of(pair.name) != self.name]
+        first = next((k for k, pair in enumerate(problem.contacts) if block_of(pair.name) == self.name), len(others))
+        return replace(problem, contacts=[*others[:first], *self, *others[first:]], told=None)
 
     def gathered(self, patches: int, state: Preload, *, exponent: Real = 0.0) -> SurfacePair:
         """The contacts in fewer patches that move as one, each contact with its own pressure after load steps.
