@@ -47,7 +47,7 @@ KINDS = (
     "bending along",
 )
 FORCE = 12e3
-LAW = {"kt": 2.3e12, "kn": KN, "mu": 0.03}
+LAW = {"kt": 2.68e12, "kn": KN, "mu": 0.0282}
 EXPONENT = 1.0 / 3.0
 """Power of the pressure with which kt grows."""
 SOUGHT = ("lap.kt_per_area", "lap.mu")

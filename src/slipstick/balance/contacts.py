@@ -192,7 +192,7 @@ class ContactPair:
 
     def place_of_motion(self, k: int) -> int:
         """The first contact that moves as the k-th one does: 0 where areas of their own share one set of directions."""
-        together = np.ndim(self.area) and all(len(value) == 1 for value in self.given.values())
+        together = isinstance(self.area, np.ndarray) and all(len(value) == 1 for value in self.given.values())
         return 0 if together else k
 
     @property

@@ -37,7 +37,7 @@ class Port(NamedTuple):
         """Add values of the elements that have the port to those of all ports, which lie along ``axis``."""
         target, each = np.moveaxis(out, axis, 0), np.moveaxis(values, axis, 0)
         if self.shared:
-            np.add.at(target, self.rows, each)
+            np.add.at(target, _indices(self.rows), each)
         else:
             target[self.rows] += each
 

@@ -99,8 +99,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     if not faults:
         try:
             cut = None if described.body is None else described.body.bolts
-            gathering = {one.name: own for one in joint_tables(raw) if (own := one.gathering)}
-            steps = LoadSteps(sections.bolts, sections.steps, () if cut is None else cut.steps, gathering)
+            patches = {one.name: own for one in joint_tables(raw) if (own := one.gathering)}
+            steps = LoadSteps(sections.bolts, sections.steps, () if cut is None else cut.steps, patches)
             problem = parts.problem()
             faults += [*parts.reduction_faults(problem), *steps.faults(problem)]
         except InputError as error:

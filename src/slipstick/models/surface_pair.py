@@ -172,6 +172,8 @@ class SurfacePair(list[ContactPair]):
                 Fault("patches", "the contacts are gathered already", remedy="gather the first ones")
             )
         gathering.end()
+        assert count is not None
+        assert power is not None
         last = state.dataset.isel(step=-1)
         names = [pair.name for pair in self]
         if not set(names) <= set(last["contact"].to_numpy().tolist()):
