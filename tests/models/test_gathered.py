@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.mesh import together
 from slipstick.fem.model import elastic_model
+from slipstick.results.deflection import contact_places
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
@@ -68,6 +69,11 @@ def test_patches_keep_area_unknowns_and_pressure(lap: Lap) -> None:
     assert float(again.normal_resultant[0]) == pytest.approx(float(before.normal_resultant[0]), rel=0.05)
     pressure = before.pressure.values[order]
     np.testing.assert_allclose(again.pressure.values, pressure, atol=0.15 * pressure.max())  # bars bend about patches
+
+
+def test_contacts_of_patches_have_their_own_places(lap: Lap) -> None:
+    joint = lap.fine.gathered(5, lap.state)
+    np.testing.assert_allclose(contact_places(lap.problem(joint)), joint.points.positions, atol=1e-9)
 
 
 def test_one_contact_a_patch_changes_nothing(lap: Lap) -> None:
