@@ -64,6 +64,6 @@ def test_where_there_is_no_area_or_a_negative_one_is_asked(problem: ss.Problem) 
 def test_it_is_identified(problem: ss.Problem) -> None:
     name = "lap.kt_per_area"
     truth = problem.parameter(name)
-    measured = ss.forced_response(problem, omega=(15.0, 22.0)).dataset
+    measured = ss.forced_response(problem, omega=(16.0, 17.0)).dataset.isel(point=slice(0, None, 6))
     found = ss.identify(problem, measured, {name: 1.4 * truth})
     assert found.values[name] == pytest.approx(truth, rel=1e-4)
