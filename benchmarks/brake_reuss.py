@@ -3,12 +3,12 @@ amplitude, beside published figures.
 
 Fetch the deck (assets/demo/Job.inp of github.com/Nidish96/Abaqus4Joints); it is read as it is:
 
-    OMP_NUM_THREADS=1 python benchmarks/brake_reuss.py Job.inp [--points 35] [--backbone]
+    OMP_NUM_THREADS=1 python benchmarks/brake_reuss.py Job.inp [--points 600] [--patches 35] [--backbone] [--identify]
 
 Frequencies: N. N. Balaji's table of that repository (docs/abqtut.org), of a model whose interface is closed everywhere
 and does not resist sliding. The backbone: examples/structures/results/brb_epmc_flat.yaml of tmd-lab/tmdsimpy on GitHub,
 of another reduced model of the beam with a law of rough contact, 12.2 kN a bolt and a friction coefficient of 0.03.
-Here kn is that of the first table, mu that of the second, and kt makes the first mode begin at the published frequency.
+Here kn is that of the first table, kt grows with the third root of the pressure, and kt and mu are fitted (--identify).
 """
 
 from __future__ import annotations
@@ -21,11 +21,13 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
+import xarray as xr
 from clocks import peak_memory
 from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 import slipstick as ss
+from slipstick.analysis.preload.preload import Preload
 from slipstick.fem.model import FiniteElementModel
 from slipstick.models.surface_pair import SurfacePair
 from slipstick.typing import Array, Sparse
@@ -45,7 +47,12 @@ KINDS = (
     "bending along",
 )
 FORCE = 12e3
-LAW = {"kt": 2.1e12, "kn": KN, "mu": 0.03}
+LAW = {"kt": 2.68e12, "kn": KN, "mu": 0.0282}
+EXPONENT = 1.0 / 3.0
+"""Power of the pressure with which kt grows."""
+SOUGHT = ("lap.kt_per_area", "lap.mu")
+NOISE = {"omega": 2.0 * np.pi * 0.5, "modal_damping": 0.15}
+"""Standard deviations for the fit: of frequencies, rad/s, and of damping over its size."""
 DAMPING = 8.7e-4
 """Damping ratio of the published first mode without friction, added to that of friction here."""
 BACKBONE = (
@@ -88,11 +95,29 @@ def backbone(problem: ss.Problem, dof: str) -> Array:
     return np.stack([amplitude, data.omega.values / (2.0 * np.pi), data.modal_damping.values + DAMPING])
 
 
+def measured(dof: str) -> xr.Dataset:
+    """The published backbone as ``ss.identify`` takes it, without the damping of the material."""
+    amplitude, hertz, damping = np.array(BACKBONE[1:]).T
+    columns = {
+        "omega": 2.0 * np.pi * hertz,
+        "modal_damping": damping - DAMPING,
+        "omega_noise": np.full(len(hertz), NOISE["omega"]),
+        "modal_damping_noise": NOISE["modal_damping"] * damping,
+    }
+    return xr.Dataset(
+        {name: ("modal_amplitude", values) for name, values in columns.items()},
+        coords={"modal_amplitude": amplitude},
+        attrs={"dof": dof, "mode": 8},
+    )
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("deck", type=Path, help="Job.inp, or the model.h5 that slipstick import made of it")
-    parser.add_argument("--points", type=int, default=35, help="patches of the joint under load")
+    parser.add_argument("--points", type=int, default=600, help="contacts of the joint under load")
+    parser.add_argument("--patches", type=int, default=35, help="patches of these that move as one in the vibration")
     parser.add_argument("--backbone", action="store_true", help="frequency and damping over amplitude too")
+    parser.add_argument("--identify", action="store_true", help="kt and mu fitted to the published backbone")
     wanted = parser.parse_args(arguments)
     warnings.simplefilter("ignore", ss.SlipstickWarning)  # what is approximated of the deck; slipstick import says it
     clocks = process_time(), perf_counter()
@@ -129,13 +154,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for dofs, sign in zip(ends, (1.0, -1.0), strict=True)
         for dof in dofs
     ]
-    problem = ss.Problem(body.structure, contacts=joint, outputs=[tip], harmonics=[0, 1, 3])
-    smooth = [replace(pair, contact=pair.contact.changed(mu=0.0)) for pair in joint]  # as the published preload
-    state = ss.preload(replace(problem, contacts=smooth), ss.LoadStep(name="tighten", loads=loads), pairs=joint)
+    problem = ss.Problem(body.structure, contacts=joint, outputs=[tip], harmonics=[0, 1])
+
+    def tightened(pair: SurfacePair) -> Preload:
+        smooth = [replace(one, contact=one.contact.changed(mu=0.0)) for one in pair]  # as the published preload
+        return ss.preload(replace(problem, contacts=smooth), ss.LoadStep(name="tighten", loads=loads), pairs=pair)
+
+    state = tightened(joint)
     print(f"{state.table()} ({passed()})")
+    if not (wanted.backbone or wanted.identify):
+        return
+    joint = joint.gathered(wanted.patches, state, exponent=EXPONENT)
+    problem = replace(problem, contacts=joint)
+    state = tightened(joint)
+    problem = problem.preloaded(state)
+    print(f"{joint.notes[-1]}\n{state.table()} ({passed()})")
+    if wanted.identify:
+        fit = ss.identify(problem, measured(tip), SOUGHT)
+        print(f"{fit} ({passed()})")
+        for name in SOUGHT:
+            problem = problem.with_parameter(name, float(fit.values[name]))
     if not wanted.backbone:
         return
-    found = backbone(problem.preloaded(state), tip)
+    found = backbone(problem, tip)
     print("\n| amplitude, um | Hz here | published | | damping here | published | |\n|---|---|---|---|---|---|---|")
     for amplitude, hertz, damping in BACKBONE:
         ours, ratio = (float(np.interp(amplitude, found[0], part)) for part in found[1:])

@@ -165,6 +165,13 @@ omega = 5000.0""",
         ("points = 6", "gap = 0.0\nnormal_load = 1.0", r"\[\[joint\]\] 'leaf' gap is given together with normal_load"),
         ("[response]", "[thermal]\nambient = 20.0\n[response]", r"\[\[joint\]\] is given together with thermal"),
         ("[response]", SECOND, "leaf"),
+        ("points = 6", "points = 6\nexponent = 0.33", r"\[\[joint\]\] 'leaf' exponent: belongs to patches"),
+        ("points = 6", "points = 6\npatches = 2", r"\[\[joint\]\] 'leaf' patches: needs load steps"),
+        (
+            "points = 6",
+            "points = 6\npatches = 0",
+            r"\[\[joint\]\] 'leaf' patches: found 0; expected a whole number >= 1",
+        ),
         ("modes = 20", 'modes = 20\n"[[joint]]" = 5', r"unknown key 'joint' in \[structure\]"),
         ("modes = 20", "modes = 20\njoint = []", r"unknown key 'joint' in \[structure\]"),
         ("modes = 20", "modes = 20\njoints = []", r"unknown key 'joints' in \[structure\]"),
@@ -259,3 +266,26 @@ def test_bolts_and_loads_lie_on_means_of_surfaces(folder):
     state = made.preloaded
     assert state.dataset.normal_force.values[0, -1] == pytest.approx(50.0, rel=1e-9)
     assert made.problem().contacts[-1].name == "bolt"
+
+
+def test_contacts_are_gathered_into_patches_after_the_load_steps(folder):
+    named = '"lower.x1 y", "upper.z1 z", "lower.z0 z"'
+    text = CASE.replace("[response]", BOLTED).replace("modes = 20", f"modes = 20\nkeep = [{named}]")
+    whole = case(folder, text)
+    text = text.replace("points = 6", "points = 6\npatches = 2\nexponent = 0.25")
+    made = case(folder, text)
+    joint = whole.body.joints[0].gathered(2, whole.preloaded, exponent=0.25)
+    problem = joint.replaced_in(whole.problem_)
+    state = ss.preload(problem, made.steps.steps, pairs=joint)
+    again = problem.preloaded(state)
+    assert made.problem().elements == again.elements
+    assert [len(pair) for pair in made.problem().contacts] == [len(pair) for pair in joint] + [1]
+    np.testing.assert_allclose(made.preloaded.dataset.normal_force, state.dataset.normal_force, rtol=1e-12)
+    assert set(made.preloaded.dataset.joint.values) == {"leaf", "bolt"}
+    space = {"__name__": "script", "__file__": str(folder / "case.py")}
+    exec(compile(python_script(text, "case.toml", folder), "case.py", "exec"), space)  # the text is our own
+    scripted = space["problem"]()
+    assert scripted.elements == again.elements
+    for one, other in zip(scripted.contacts, again.contacts, strict=True):
+        np.testing.assert_allclose(one.values("kt"), other.values("kt"), rtol=1e-12)
+        np.testing.assert_allclose(one.values("gap"), other.values("gap"), rtol=1e-9, atol=1e-18)

@@ -63,7 +63,8 @@ def _blocks() -> ModuleType:
 class Blocks:
     """Elements by their port numbers (n, p), -1 where there is none, and products with blocks (n, p L, p L) of them.
 
-    Numbers at the ports are (n_ports + 1, L), the last row zero.
+    Those that move together are one here: their forces add up. Numbers at the ports are (n_ports + 1, L), the last row
+    zero.
     """
 
     def __init__(self, rows: NDArray[np.intp], L: int) -> None:
@@ -79,28 +80,41 @@ class Blocks:
 
 
 class Elements(Blocks):
-    """The elements of one batch with ``dF/dX`` (n, p L, p L)."""
+    """The elements of one batch with ``dF/dX`` (n, p L, p L).
+
+    Those that move together are one here: their forces add up.
+    """
 
     def __init__(self, balance: Balance, k: int, tangents: Mapping[tuple[int, int], Array]) -> None:
         batch, L = balance.batches[k], balance.L
         n, p = batch.count, len(batch.ports)
-        rows = np.full((n, p), -1)
+        self._each, self._group = batch.rows.T, np.arange(n)
+        rows = self._each
+        if batch.shared:
+            rows, group = np.unique(self._each, axis=0, return_inverse=True)
+            self._group = group.ravel()
         super().__init__(rows, L)
-        for i, port in enumerate(batch.ports):
-            rows[port.members, i] = np.arange(balance.n_ports)[port.rows]
         tangent = np.zeros((n, p, L, p, L))
         for (i, j), part in tangents.items():
             tangent[:, i, :, j, :] = part * self._here(i, j)
-        self.tangent = tangent.reshape(n, p * L, p * L)
+        self.tangent = self._together(tangent.reshape(n, p * L, p * L))
         self.local = self.tangent  # by the element's own motion, contact states included
         self.fed_back: tuple[Array, Array, Array] | None = None
 
     def _here(self, *ports: int) -> Array:
-        return np.asarray(np.all(self.rows[:, list(ports)] >= 0, axis=1), dtype=float)[:, None, None]
+        return np.asarray(np.all(self._each[:, list(ports)] >= 0, axis=1), dtype=float)[:, None, None]
+
+    def _together(self, each: Array) -> Array:
+        """Numbers of the elements, (n, ...), added up where these move together."""
+        if len(self.rows) == len(each):
+            return each
+        out = np.zeros((len(self.rows), *each.shape[1:]))
+        np.add.at(out, self._group, each)
+        return out
 
     def feed_back(self, carried: Carried) -> None:
         """Add the effect of a state: powers by motion (n, p L), gain (n, n), forces by the state (n, p L)."""
-        n, p, L = self.shape
+        n, (_, p, L) = len(self._each), self.shape
         power, force = np.zeros((n, p, L)), np.zeros((n, p, L))
         for j, part in carried.power.by_motion.items():
             power[:, j] = part * self._here(j)[:, 0]
@@ -108,7 +122,8 @@ class Elements(Blocks):
             force[:, i] = part * self._here(i)[:, 0]
         rows, columns, gain = power.reshape(n, -1), force.reshape(n, -1), carried.gain
         self.fed_back = rows, gain, columns
-        self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
+        own = np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
+        self.local = self.tangent + self._together(own)
 
     def beyond(self, springs: Array) -> Array:
         """``dF/dX`` by the element's own motion less springs at the ports (n_ports,), (n, p L, p L)."""
@@ -143,9 +158,9 @@ class Elements(Blocks):
             rows, gain, columns = map(np.abs, self.fed_back) if sizes else self.fed_back
             if transposed:
                 rows, gain, columns = columns, gain.T, rows
-            q = X[self.rows].reshape(len(self.rows), -1)
+            q = X[self._each].reshape(len(self._each), -1)
             fed = (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
-            out[self.rows] += fed.reshape(self.shape)
+            out[self.rows] += self._together(fed).reshape(self.shape)
 
 
 class Preconditioner:

@@ -65,7 +65,7 @@ def shown_quantities(pair: ContactPair, k: int) -> list[str]:
 
 
 def direction_words(cosines: Mapping[str, float] | None) -> str:
-    """A direction as a sum.
+    """A direction as a sum, of many dofs its beginning.
 
     >>> direction_words({"x1": 1.0, "x2": -1.0}), direction_words({"x": -0.6, "y": 0.8})
     ('x1 - x2', '-0.6 x + 0.8 y')
@@ -74,4 +74,10 @@ def direction_words(cosines: Mapping[str, float] | None) -> str:
     for dof, c in (cosines or {}).items():
         size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
         words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
+    if len(words) > _MOST_DOFS:
+        return f"{' '.join(words[:_SHOWN_DOFS])} + ... ({len(words)} dofs)"
     return " ".join(words)
+
+
+_MOST_DOFS, _SHOWN_DOFS = 5, 2
+"""Dofs of a direction that are all named, and how many are of one with more."""

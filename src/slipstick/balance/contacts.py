@@ -25,6 +25,10 @@ Directions = Direction | tuple[Direction | None, ...] | None
 DirectionLike = Mapping[str, Real] | str | Sequence[Mapping[str, Real] | str | None] | None
 
 
+PER_AREA = "_per_area"
+"""End of the names of the stiffness per area, "lap.kt_per_area", of contacts that have areas."""
+
+
 @dataclass(frozen=True, init=False, repr=False)
 class ContactPair:
     """One contact, or many of the same kind, between directions of the structure, or between these and the ground.
@@ -186,6 +190,11 @@ class ContactPair:
         directions = self.directions.get(port)
         return None if directions is None else directions[k]
 
+    def place_of_motion(self, k: int) -> int:
+        """The first contact that moves as the k-th one does: 0 where areas of their own share one set of directions."""
+        together = isinstance(self.area, np.ndarray) and all(len(value) == 1 for value in self.given.values())
+        return 0 if together else k
+
     @property
     def first_direction(self) -> Direction:
         """Direction cosines of the first port that its first contact has."""
@@ -195,7 +204,8 @@ class ContactPair:
     @property
     def n_ports(self) -> int:
         """Number of ports that have a direction: each brings one unknown for every coefficient."""
-        return sum(direction is not None for directions in self.directions.values() for direction in directions)
+        moving = [k for k in range(len(self)) if self.place_of_motion(k) == k]
+        return sum(directions[k] is not None for directions in self.directions.values() for k in moving)
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -216,7 +226,9 @@ class ContactPair:
         return (*self.contact.values, *self.contact.derived_parameters, *self.rubbing.names, *moves)
 
     def values(self, name: str) -> Array:
-        """A parameter of the law, a derived one, or a component of the rubbing motion, (n,)."""
+        """A parameter of the law, a derived one, a stiffness per area, or a component of the rubbing motion, (n,)."""
+        if name.endswith(PER_AREA) and self.area is not None:
+            return self.values(name.removesuffix(PER_AREA)) / self.area
         if name in self.contact.values:
             value: ArrayLike = self.contact.values[name]
         elif name in self.contact.derived_parameters:
@@ -227,6 +239,12 @@ class ContactPair:
 
     def with_value(self, name: str, value: float, k: int | None = None) -> ContactPair:
         """A copy with one of ``quantities`` changed, of the k-th contact or of all."""
+        if name.endswith(PER_AREA) and self.area is not None:
+            area = np.broadcast_to(self.area, (len(self),))
+            if k is None and np.ndim(self.area):
+                own = {name.removesuffix(PER_AREA): value * area}
+                return replace(self, contact=self.contact.changed(**own))
+            return self.with_value(name.removesuffix(PER_AREA), value * float(area[k or 0]), k)
         new: Any = float(value)
         if k is not None and len(self) > 1:
             new = self.values(name).copy()

@@ -193,7 +193,7 @@ def _terms(balance: Balance, x: Array, solution: Detail, bound: Callable[[Array]
         prescribed += np.sum(rubbing[..., 1:] ** 2, axis=(0, -2, -1))
         for i, springs in batch.law.springs(response).items():
             port = batch.ports[i]
-            stiffness[..., port.rows] += springs.reshape(*lead, batch.count)[..., port.members]
+            port.add(springs.reshape(*lead, batch.count)[..., port.members], stiffness)
     motion = np.sqrt(np.vecdot(x, x))[..., None, None]
     return np.asarray(motion + bound(stiffness) * (motion + np.sqrt(prescribed)[..., None, None]))
 

@@ -142,11 +142,12 @@ def _anchored(
     sine, cosine = np.arange(2, balance.L, 2), np.arange(1, balance.L, 2)
     for i, port in enumerate(batch.ports):
         anchor = np.zeros((batch.count, balance.L, balance.L))
-        members = np.arange(batch.count)[port.members]
+        rows, first = np.unique(np.arange(balance.n_ports)[port.rows], return_index=True)  # a spring for each port
+        members = np.arange(batch.count)[port.members][first]
         if support_springs is not None:
-            anchor[members, 0, 0] = -support_springs[port.rows]
+            anchor[members, 0, 0] = -support_springs[rows]
         if k is not None:
-            springs = k[port.rows]
+            springs = k[rows]
             anchor[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
             anchor[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
         add_to(anchored, (i, i), anchor)

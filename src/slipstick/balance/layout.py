@@ -30,6 +30,16 @@ class Port(NamedTuple):
     members: Places
     """Elements of the batch that have this port, in the order of ``rows``."""
     size: int
+    shared: bool = False
+    """Whether elements have a port in common, so that ``rows`` repeat."""
+
+    def add(self, values: Array, out: Array, axis: int = -1) -> None:
+        """Add values of the elements that have the port to those of all ports, which lie along ``axis``."""
+        target, each = np.moveaxis(out, axis, 0), np.moveaxis(values, axis, 0)
+        if self.shared:
+            np.add.at(target, _indices(self.rows), each)
+        else:
+            target[self.rows] += each
 
 
 class PortPair(NamedTuple):
@@ -65,6 +75,11 @@ class Batch:
         return len(self.members)
 
     @cached_property
+    def shared(self) -> bool:
+        """Whether elements have ports in common."""
+        return any(port.shared for port in self.ports)
+
+    @cached_property
     def elements(self) -> Places:
         """``numbers`` as an index."""
         return places(np.array(self.numbers, dtype=int))
@@ -93,7 +108,10 @@ class Batch:
 
 
 def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Direction]]:
-    """Batches of the contacts, and the direction of every port of the balance: batch by batch, port by port."""
+    """Batches of the contacts, and the direction of every port of the balance: batch by batch, port by port.
+
+    Contacts of one pair that move together have their ports in common.
+    """
     kinds: dict[Hashable, list[tuple[int, int]]] = {}
     members = [(p, k) for p, pair in enumerate(pairs) for k in range(len(pair))]
     for p, k in members:
@@ -106,16 +124,17 @@ def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Di
         for name in law.ports:
             of_port = [pairs[p].direction(name, k) for p, k in members_of_kind]
             have = [e for e, direction in enumerate(of_port) if direction is not None]
-            rows = np.arange(len(directions), len(directions) + len(have))
-            directions += [direction for direction in of_port if direction is not None]
-            ports.append(Port(places(rows), places(np.array(have, dtype=int)), len(have)))
+            new = [pairs[p].place_of_motion(k) == k for p, k in (members_of_kind[e] for e in have)]
+            rows = len(directions) + np.cumsum(new, dtype=int) - 1
+            directions += [of_port[e] for e, first in zip(have, new, strict=True) if first]  # type: ignore[misc]
+            ports.append(Port(places(rows), places(np.array(have, dtype=int)), len(have), not all(new)))
         numbers = tuple(number[member] for member in members_of_kind)
         batches.append(Batch(law=law, members=tuple(members_of_kind), numbers=numbers, ports=tuple(ports)))
     return tuple(batches), directions
 
 
 def places(indices: NDArray[np.intp]) -> Places:
-    """A slice where the indices are consecutive, so that arrays are viewed and not copied."""
+    """A slice where the indices are consecutive, so that arrays are viewed and not copied; arrays where any repeat."""
     if indices.size == 0:
         return slice(0, 0)
     if np.all(np.diff(indices) == 1):
@@ -185,7 +204,7 @@ class PortLayout:
         ``out`` is zero before; the second half receives derivatives by omega at fixed motion.
         """
         batch = self.batches[k]
-        if tabulated := batch.law.tabulated:
+        if (tabulated := batch.law.tabulated) and not batch.shared:  # it writes forces, which would not add up
             each = omega if isinstance(omega, np.ndarray) else np.array([omega])
             places = -1, self.n_ports, self.L
             rubbing, velocity, per_omega, values = contact_inputs.table(tabulated)
@@ -235,7 +254,11 @@ class PortLayout:
             port = batch.ports[i]
             if port.size:
                 F = force.reshape(*lead, batch.count, self.L) if lead else force
-                out[..., port.rows, :] = F if port.size == batch.count else F[..., port.members, :]
+                F = F if port.size == batch.count else F[..., port.members, :]
+                if port.shared:
+                    port.add(F, out, -2)
+                else:
+                    out[..., port.rows, :] = F
 
     def excitation(self, forces: Forces, P: Array | None = None, n: tuple[int, ...] = ()) -> ComplexArray:
         """``F - P`` on all columns as complex numbers (..., n_columns, n + 1); without loads, on the ports alone.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from slipstick.balance.base_motion import MOTION_UNITS
-from slipstick.balance.contacts import ContactPair, prescribed
+from slipstick.balance.contacts import PER_AREA, ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, Inputs, Line, LoadPhase, Path, StructureValue
 from slipstick.balance.loads import Load
 from slipstick.contact.names import block_of
@@ -133,10 +133,28 @@ def changed(parts: Parts, target: Target, name: str, value: float) -> dict[str, 
         if target.quantity != "load" and value < 0:
             raise InputError(Fault(name, found=f"{value:g}", expected="a factor >= 0"))
         return {target.quantity: value}
-    contacts = list(parts.contacts)
-    for p, k in target.members:
-        contacts[p] = contacts[p].with_value(target.quantity, value, k)
+    contacts, own = list(parts.contacts), target.quantity.removesuffix(PER_AREA)
+    if own != target.quantity:
+        if value < 0:
+            raise InputError(Fault(name, found=f"{value:g}", expected="a stiffness per area >= 0"))
+        factors = value / mean_per_area(contacts, target)
+        sizes = [factors * float(contacts[p].values(own)[k]) for p, k in target.members]
+    else:
+        sizes = [value] * len(target.members)
+    for (p, k), size in zip(target.members, sizes, strict=True):
+        contacts[p] = contacts[p].with_value(own, size, k)
     return {"contacts": contacts}
+
+
+def mean_per_area(contacts: Sequence[ContactPair], target: Target) -> float:
+    """Mean stiffness per area of the contacts of a target such as "lap.kt_per_area"."""
+    own = target.quantity.removesuffix(PER_AREA)
+    each = [
+        (contacts[p].values(own)[k], np.broadcast_to(contacts[p].area, len(contacts[p]))[k])  # type: ignore[arg-type]
+        for p, k in target.members
+    ]
+    stiffness, area = np.sum(each, axis=0)
+    return float(stiffness / area)
 
 
 def _members(problem: Parts, owner: str, quantity: str) -> tuple[tuple[int, int], ...]:
@@ -207,11 +225,15 @@ def parameter_units(problem: Problem, name: str) -> str:
         return "rad/s" if target.quantity == SPEED or target.quantity.endswith(".omega") else FACTOR_UNITS
     if RubbingMotion.is_component(target.quantity):
         return "length"
+    if target.quantity.endswith(PER_AREA):
+        return "force/length^3"
     named = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}
     return next((units for units in sorted(named) if units != "1"), "1")
 
 
 def _has(pair: object, quantity: str) -> bool:
+    if quantity.endswith(PER_AREA):
+        return pair.area is not None and quantity.removesuffix(PER_AREA) in pair.contact.stiffness_names.values()  # type: ignore[attr-defined]
     along = "second" if quantity.startswith(SECOND) else "tangential"
     moves = pair.rubbing.is_component(quantity) and (along == "tangential" or along in pair.contact.surface_ports)  # type: ignore[attr-defined]
     return quantity in pair.quantities or moves  # type: ignore[attr-defined]
@@ -231,7 +253,9 @@ def parameter_path(problem: Problem, name: str) -> Path:
     zero = base.scaled(0.0)
     for b, batch in enumerate(problem.batches):
         rows = [e for e, member in enumerate(batch.members) if member in target.members]
-        if rows:
+        if rows and target.quantity.endswith(PER_AREA):
+            base, zero = _scaled(problem, b, rows, target, base, zero)
+        elif rows:
             base, zero = _moved(problem, b, rows, target.quantity, base, zero)
     return Line(base, zero)
 
@@ -246,6 +270,17 @@ def _factor(problem: Problem, base: Inputs, name: str, parameters: Mapping[int, 
         value = unit.batches[b].values[parameter]
         start, slope = start.with_batch(b, **{parameter: 0.0 * value}), slope.with_batch(b, **{parameter: value})
     return Line(start, slope)
+
+
+def _scaled(
+    problem: Problem, b: int, rows: list[int], target: Target, base: Inputs, zero: Inputs
+) -> tuple[Inputs, Inputs]:
+    """Base and derivative for the stiffness per area of some elements of a batch, which keep their proportions."""
+    parameter, size = target.quantity.removesuffix(PER_AREA), mean_per_area(problem.contacts, target)
+    start = base.batches[b].values[parameter].copy()
+    slope = np.zeros(len(start))
+    slope[rows], start[rows] = start[rows] / size, 0.0
+    return base.with_batch(b, **{parameter: start}), zero.with_batch(b, **{parameter: slope})
 
 
 def _moved(

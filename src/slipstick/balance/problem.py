@@ -16,11 +16,11 @@ from scipy import sparse
 from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.checks import problem_faults
 from slipstick.balance.contact_words import shown_quantities
-from slipstick.balance.contacts import ContactPair, prescribed
+from slipstick.balance.contacts import PER_AREA, ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, ContactInputs, Inputs
 from slipstick.balance.layout import Batch, batches_of
 from slipstick.balance.loads import Load
-from slipstick.balance.parameters import FACTORS, Parts, Target, changed, parameter_target
+from slipstick.balance.parameters import FACTORS, Parts, Target, changed, mean_per_area, parameter_target
 from slipstick.balance.states import pairs_at_start
 from slipstick.balance.support import Support, support_of
 from slipstick.contact.rest import REST
@@ -354,6 +354,8 @@ class Problem:
             return self.structure.every_value[target.quantity]
         if not target.members:
             return float(getattr(self, target.quantity))
+        if target.quantity.endswith(PER_AREA):
+            return mean_per_area(self.contacts, target)
         values = [self.contacts[p].values(target.quantity) for p, k in target.members]
         return float(np.mean([v[k] for v, (_, k) in zip(values, target.members, strict=True)]))
 

@@ -366,5 +366,5 @@ def _stuck_stiffness(balance: Balance) -> Array:
         held = next((state for state in states if state is not None), None)
         for i, port in enumerate(batch.ports):
             if held is not None and (i, i) in held.stiffness:
-                stiffness[port.rows] = held.stiffness[i, i][port.members]
+                port.add(held.stiffness[i, i][port.members], stiffness)
     return np.where(np.isfinite(stiffness) & (stiffness > 0.0), stiffness, 0.0)

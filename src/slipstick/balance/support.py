@@ -159,7 +159,8 @@ def drift_warnings(problem: Problem, values: Mapping[str, Array]) -> Iterator[st
     for batch in problem.batches:
         for name, port in zip(batch.law.force_names, batch.ports, strict=True):
             found = np.asarray(values[f"{name}_force"])[:, batch.elements][:, port.members]
-            force[:, port.rows], largest = found[..., 0], max(largest, float(np.nanmax(np.abs(found), initial=0.0)))
+            port.add(found[..., 0], force)
+            largest = max(largest, float(np.nanmax(np.abs(found), initial=0.0)))
     pushed = float(np.nanmax(np.abs(force @ support.held_by_friction), initial=0.0))
     if pushed > _BALANCED * largest * np.abs(support.held_by_friction).max():
         yield (

@@ -24,6 +24,7 @@ from slipstick.case.cross_checks import (
     unit_faults,
 )
 from slipstick.case.fe import reaching
+from slipstick.case.joint import joint_tables
 from slipstick.case.load import build_load
 from slipstick.case.preload import LoadSteps, build_bolts
 from slipstick.case.response import (
@@ -98,7 +99,8 @@ def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     if not faults:
         try:
             cut = None if described.body is None else described.body.bolts
-            steps = LoadSteps(sections.bolts, sections.steps, () if cut is None else cut.steps)
+            patches = {one.name: own for one in joint_tables(raw) if (own := one.gathering)}
+            steps = LoadSteps(sections.bolts, sections.steps, () if cut is None else cut.steps, patches)
             problem = parts.problem()
             faults += [*parts.reduction_faults(problem), *steps.faults(problem)]
         except InputError as error:
@@ -361,7 +363,7 @@ class Case:
 
     @cached_property
     def _loaded(self) -> Problem:
-        return self.problem_ if self.preloaded is None else self.problem_.preloaded(self.preloaded)
+        return self.problem_ if self.preloaded is None else self.preloaded.problem.preloaded(self.preloaded)
 
     @cached_property
     def balance(self) -> Balance:

@@ -45,6 +45,12 @@ class JointTable(Table):
     points: Annotated[int, Field(ge=1)] | None = Field(
         default=None, description="a whole number >= 1 of patches that stand for all points of integration"
     )
+    patches: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="a whole number >= 1 of patches that move as one in the vibration, after load steps"
+    )
+    exponent: NotNegative | None = Field(
+        default=None, description="a number >= 0, the power of the pressure with which kt grows, such as 0.33"
+    )
     touching: bool = Field(default=False, description="true or false: gaps and overlaps of the geometry are closed")
     method: Literal["faces", "nodes"] = Field(
         default="faces", description='"faces" or "nodes": points of integration, or nodes of the first surface'
@@ -68,12 +74,24 @@ class JointTable(Table):
         both = next((name for name in ("gap", "normal_load") if name in raw and "pressure" in raw), None)
         if both is not None:
             faults.append(Fault(both, "is given together with pressure", remedy="keep one: the file has the pressures"))
+        if "exponent" in raw and "patches" not in raw:
+            faults.append(Fault("exponent", "belongs to patches", remedy="give patches too"))
         if "columns" in raw and "pressure" not in raw:
             faults.append(Fault("columns", "belongs to a file of pressures", remedy="give pressure too"))
         return faults
 
+    @property
+    def gathering(self) -> dict[str, float]:
+        """How its contacts are gathered after the load steps; empty where they are not."""
+        return self.given("patches", "exponent") if self.patches is not None else {}
+
 
 Joints = Annotated[list[JointTable] | None, PlainValidator(right_tables(JointTable))]
+
+
+def joint_tables(raw: RawTable) -> list[JointTable]:
+    """The joints of a case that is right."""
+    return [JointTable.model_validate(one) for one in raw.get("joint", [])]
 
 
 def joint_call(table: JointTable, model: Code, folder: Path | None = None) -> Call:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
 from slipstick.case.load import LoadTable
-from slipstick.case.script_text import Call, Code
+from slipstick.case.script_text import Call, Code, listed_text
 from slipstick.case.table import (
     NotNegative,
     Positive,
@@ -205,9 +206,10 @@ class LoadSteps:
     """The load steps of a case, made; ``shift`` of them come before the first ``[[preload]]``."""
 
     def __init__(
-        self, bolts: Sequence[ReadTable], steps: Sequence[ReadTable], of_file: Sequence[LoadStep] = ()
-    ) -> None:
-        self._rows = steps
+        self, bolts: Sequence[ReadTable], steps: Sequence[ReadTable], of_file: Sequence[LoadStep] = (),
+        gathering: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
+        self._rows, self._gathering = steps, gathering
         known = [Code(step.name, step) for step in of_file]
         calls = step_calls([row.table for row in bolts], [row.table for row in steps], known)
         self.shift, self.steps = len(calls) - len(steps), []
@@ -217,6 +219,9 @@ class LoadSteps:
                 self.steps.append(_made(call))
             except InputError as error:
                 faults += [fault.inside(*self._where(place)) for fault in error.faults]
+        if not self.steps:
+            remedy = "give [[preload]], or leave out patches"
+            faults += [Fault(("joint", name, "patches"), "needs load steps", remedy=remedy) for name in gathering]
         if faults:
             raise InputError(faults)
 
@@ -266,7 +271,16 @@ class LoadSteps:
             return None
         from slipstick.analysis.preload.preload import preload
 
-        return preload(problem, self.steps, pairs=joints)
+        state = preload(problem, self.steps, pairs=joints)
+        if not self._gathering:
+            return state
+        gathered = [
+            joint.gathered(state=state, **self._gathering[joint.name]) if joint.name in self._gathering else joint
+            for joint in joints
+        ]
+        for joint in gathered:
+            problem = joint.replaced_in(problem)
+        return preload(problem, self.steps, pairs=gathered)
 
 
 def _made(call: Call | Code) -> Any:
@@ -284,8 +298,18 @@ def build_bolts(rows: Sequence[ReadTable], cut: Sequence[ContactPair]) -> list[C
     return [bolt_call(table).made() if table.section is None else known[table.name] for table in right]
 
 
-def preload_script(problem: str, calls: Sequence[Call | Code], joints: Sequence[str]) -> list[str]:
-    """Lines that return the preloaded problem."""
+def preload_script(
+    problem: str, calls: Sequence[Call | Code], joints: Sequence[str], gathering: Mapping[str, Mapping[str, Any]]
+) -> list[str]:
+    """Lines that return the preloaded problem; ``gathering`` is that of the variables of joints."""
     pairs = {"pairs": Code(f"[{', '.join(joints)}]")} if joints else {}
-    state = Call("ss.preload", (Code("made"), list(calls)), pairs).written()
-    return [f"made = {problem}", f"return made.preloaded({state})"]
+    if not gathering:
+        state = Call("ss.preload", (Code("made"), list(calls)), pairs).written()
+        return [f"made = {problem}", f"return made.preloaded({state})"]
+    state = Call("ss.preload", (Code("made"), Code("steps")), pairs).written()
+    steps = listed_text([call.text if isinstance(call, Code) else call.written() for call in calls])
+    lines = [f"made = {problem}", f"steps = {steps}", f"state = {state}"]
+    for joint, given in gathering.items():
+        call = Call(f"{joint}.gathered", named={**given, "state": Code("state")}).written()
+        lines += [f"{joint} = {call}", f"made = {joint}.replaced_in(made)"]
+    return [*lines, f"return made.preloaded({state})"]

@@ -11,7 +11,7 @@ from typing import Any
 from slipstick.case import RENAMED
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
-from slipstick.case.joint import joint_variable
+from slipstick.case.joint import joint_tables, joint_variable
 from slipstick.case.load import LoadTable
 from slipstick.case.preload import BoltTable, StepTable, bolt_call, preload_script, step_calls
 from slipstick.case.response import OutputTable, ResponseTable, frequencies_script, response_script
@@ -128,7 +128,8 @@ def _problem(raw: RawTable, folder: Path) -> str:
         made = Call("disc.problem", (Code(made),), outputs).written()
     of_file = [Code("*bolts.steps")] * any(bolt.section is not None and not bolt.tightened for bolt in bolts)
     steps = step_calls(bolts, [StepTable.model_validate(step) for step in raw.get("preload", [])], of_file)
-    ends = preload_script(made, steps, joints) if steps else [f"return {made}"]
+    gathering = {name: own for name, one in zip(joints, joint_tables(raw), strict=True) if (own := one.gathering)}
+    ends = preload_script(made, steps, joints, gathering) if steps else [f"return {made}"]
     return "\n".join([*lines, *ends])
 
 

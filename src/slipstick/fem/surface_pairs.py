@@ -436,7 +436,7 @@ def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tup
     a point's gap and that of its patch.
     """
     points, areas = facing.points, facing.points.areas
-    owner = _patches(points, count)
+    owner = patches_of(points, count)
     size = int(owner.max()) + 1
     total: Array = np.asarray(np.bincount(owner, areas, minlength=size), dtype=float)
     mean = csr_array((areas / total[owner], (np.arange(len(owner)), owner)), shape=(len(owner), size))
@@ -455,7 +455,7 @@ def thinned(facing: Facing, count: int, kt: float = 1.0, kn: float = 1.0) -> tup
     return fewer, _softer(points, fewer.points, kt, kn), uneven
 
 
-def _patches(points: ContactPoints, count: int) -> IntArray:
+def patches_of(points: ContactPoints, count: int) -> IntArray:
     """The patch of each point, (n,): points that are near, and look the same way."""
     areas = points.areas
     reach = np.sqrt(areas.sum() / count)

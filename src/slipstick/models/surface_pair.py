@@ -9,9 +9,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from slipstick.balance.contacts import ContactPair
+from slipstick.analysis.preload.preload import Preload
+from slipstick.balance.contacts import ContactPair, Direction
 from slipstick.balance.loads import Load
+from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
+from slipstick.contact.names import block_of
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     MOST_ITEMS,
@@ -33,11 +36,11 @@ from slipstick.fem.interfaces import pair_of
 from slipstick.fem.loads import area, area_vector
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import FiniteElementModel, ImportedModel
-from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, thinned
+from slipstick.fem.surface_pairs import Facing, facing_nodes, facing_points, patches_of, thinned
 from slipstick.fem.ties import face_size, project
 from slipstick.fem.unit_systems import other_units
 from slipstick.models.mapped_pressure import NAMES, MappedPressure, mapped_pressure
-from slipstick.typing import Array, Reals
+from slipstick.typing import Array, IntArray, Real, Reals
 
 GEOMETRY, TOUCHING = "geometry", "touching"
 PRESSED = "pressed"
@@ -61,6 +64,10 @@ _ROUNDING = 1e-9
 
 _SOFTER = 0.5
 """Share of the resistance to a rotation that patches may lose without a warning."""
+
+
+_LEAST_PRESSED = 1e-4
+"""Share of the mean pressure from which ``kt`` grows: what is open has some stiffness where it closes."""
 
 
 class SurfacePair(list[ContactPair]):
@@ -105,16 +112,105 @@ class SurfacePair(list[ContactPair]):
     def __init__(
         self, contacts: Sequence[ContactPair], *, name: str, facing: Facing, gaps: Array, softer: float,
         notes: Sequence[str], warnings: Sequence[str], mapped: MappedPressure | None = None, friction: str = "",
+        order: IntArray | None = None,
     ) -> None:  # fmt: skip
         super().__init__(contacts)
+        self._order = order
         self.mapped, self.friction = mapped, friction
         self.name, self.facing, self.gaps, self.softer = name, facing, gaps, softer
         self.notes, self.warnings = tuple(notes), tuple(warnings)
 
     @property
     def points(self) -> ContactPoints:
-        """The contact points."""
-        return self.facing.points
+        """The contact points, one for each contact."""
+        points = self.facing.points
+        if self._order is None:
+            return points
+        parts = {name: getattr(points, name)[self._order] for name in ("positions", "normals", "areas")}
+        return replace(points, **parts)
+
+    def replaced_in(self, problem: Problem) -> Problem:
+        """The problem with these contacts in the place of those that have the name of this joint."""
+        others = [pair for pair in problem.contacts if block_of(pair.name) != self.name]
+        first = next((k for k, pair in enumerate(problem.contacts) if block_of(pair.name) == self.name), len(others))
+        return replace(problem, contacts=[*others[:first], *self, *others[first:]], told=None)
+
+    def gathered(self, patches: int, state: Preload, *, exponent: Real = 0.0) -> SurfacePair:
+        """The contacts in fewer patches that move as one, each contact with its own pressure after load steps.
+
+        A patch has the unknowns of one contact, and begins to slip point by point, the least pressed ones first. It
+        moves as the mean of its points by area. The shape of the surfaces within it stays that of the load steps: the
+        gap of each point is set to the difference. Contacts of the result are called "NAME k.j"; they move on what the
+        reduction kept for these ones, so they belong to problems with the same structure.
+
+        Parameters
+        ----------
+        patches
+            How many.
+        state
+            Load steps of a problem with these contacts; the last one counts.
+        exponent
+            Power of the pressure with which ``kt`` grows: that of the law holds at the mean pressure of the surface.
+            0: it is the same everywhere; 1/3: as of round summits that all touch (``hertz_mindlin``).
+
+        Returns
+        -------
+        SurfacePair
+            To be loaded by the same steps, and to vibrate.
+
+        Raises
+        ------
+        InputError
+            For contacts that are gathered already, that the load steps do not have, or that none presses.
+        """
+        gathering = Gathering()
+        count = gathering.take(whole, "patches", patches, 1, MOST_ITEMS)
+        power = gathering.take(number, "exponent", exponent, "a power >= 0, such as 1/3", above=0.0)
+        gathering.take(one, "state", state, Preload, "what ss.preload(...) returns")
+        if self._order is not None:
+            gathering.faults.append(
+                Fault("patches", "the contacts are gathered already", remedy="gather the first ones")
+            )
+        gathering.end()
+        assert count is not None
+        assert power is not None
+        last = state.dataset.isel(step=-1)
+        names = [pair.name for pair in self]
+        if not set(names) <= set(last["contact"].to_numpy().tolist()):
+            what = f"has no contacts '{names[0]}'"
+            raise InputError(Fault("state", what, remedy="compute the load steps of a problem with these contacts"))
+        last, areas = last.sel(contact=names), self.facing.points.areas
+        force, opened = last["normal_force"].to_numpy(), last["gap"].to_numpy()
+        if not force.any():
+            raise InputError(
+                Fault("state", f"nothing presses contacts '{self.name}'", remedy="tighten the bolts first")
+            )
+        values = {
+            key: np.array([pair.contact.values[key] for pair in self], dtype=float) for key in self[0].contact.values
+        }
+        moved = force / values["kn"] - opened + values["gap"]
+        if "kt" in values:
+            values["kt"] *= np.maximum(force / areas * areas.sum() / force.sum(), _LEAST_PRESSED) ** power
+        owner, contacts = patches_of(self.facing.points, count), list[ContactPair]()
+        members = [np.flatnonzero(owner == k) for k in range(int(owner.max()) + 1)]
+        for k, own in enumerate(members, 1):
+            shares = areas[own] / areas[own].sum()
+            gap = values["gap"][own] + shares @ moved[own] - moved[own]
+            law = self[own[0]].contact.changed(**{key: value[own] for key, value in values.items()} | {"gap": gap})
+            ways = {port: _mean([self[e].given[port][0] for e in own], shares) for port in self[own[0]].given}
+            along, across = ways.pop("tangential", None), ways.pop("normal")
+            contacts.append(
+                ContactPair(
+                    name=f"{self.name} {k}", contact=law, tangential=along, normal=across, ports=ways or None,
+                    area=areas[own],
+                )
+            )  # fmt: skip
+        told = f"{len(contacts)} patches move as one each, of {len(areas)} contacts with their own pressure"
+        return SurfacePair(
+            contacts, name=self.name, facing=self.facing, gaps=self.gaps, softer=self.softer,
+            notes=[*self.notes, f"contacts '{self.name}': {told}"], warnings=self.warnings, friction=self.friction,
+            order=np.concatenate(members),
+        )  # fmt: skip
 
     @property
     def loads(self) -> list[Load]:
@@ -276,6 +372,15 @@ def surface_pair(
         contacts, name=name, facing=facing, gaps=gaps, softer=softer, notes=notes, warnings=warnings, mapped=mapped,
         friction=stated,
     )  # fmt: skip
+
+
+def _mean(directions: Sequence[Direction | None], shares: Array) -> Direction:
+    """Direction cosines of the mean motion along several directions."""
+    out: dict[str, float] = {}
+    for direction, share in zip(directions, shares, strict=True):
+        for dof, cosine in (direction or {}).items():
+            out[dof] = out.get(dof, 0.0) + float(share) * cosine
+    return out
 
 
 def _rubbing_as_stated(

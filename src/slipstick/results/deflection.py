@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from slipstick.structure.skin import Recovered, Skin
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
     from slipstick.results.solutions import Solutions
     from slipstick.results.table import ResultTable
@@ -148,7 +149,20 @@ def contact_places(problem: Problem) -> Array:
     apart = np.linalg.norm(places[dof] - mean[element], axis=1) > reach
     unknown = np.unique(element[apart | ~known[dof]])
     mean[unknown], mean[total == 0.0] = np.nan, np.nan
+    at = 0
+    for pair in problem.contacts:
+        if len(pair) > 1 and pair.place_of_motion(1) == 0:
+            own = _gathered_places(pair, dict(zip(structure.dofs, skin.places, strict=True)))
+            if len(own) == len(pair):
+                mean[at : at + len(pair)] = own
+        at += len(pair)
     return np.asarray(mean)
+
+
+def _gathered_places(pair: ContactPair, known: Mapping[str, Array]) -> Array:
+    """Places that the dofs of a patch of contacts have, each once: its motion is the mean over its contacts."""
+    places = dict.fromkeys(tuple(known[dof].tolist()) for dof in pair.first_direction)
+    return np.array([place for place in places if np.all(np.isfinite(place))])
 
 
 def bolt_places(problem: Problem) -> Array:
@@ -329,5 +343,5 @@ def _forces(balance: Balance, data: ResultTable, points: Sequence[int]) -> Array
     at, force = np.asarray(points, dtype=int), np.zeros((len(points), balance.n_ports, balance.L))
     for batch in balance.batches:
         for name, port in zip(batch.law.force_names, batch.ports, strict=True):
-            force[:, port.rows] = data[f"{name}_force"].to_numpy()[at][:, batch.elements][:, port.members]
+            port.add(data[f"{name}_force"].to_numpy()[at][:, batch.elements][:, port.members], force, 1)
     return force

@@ -333,7 +333,7 @@ class Recorder:
         for i, name in enumerate(batch.law.force_names):
             forces, port = answers.of(k, _force_of(i), shape), batch.ports[i]
             values[f"{name}_force"][:, at] = forces
-            force[:, port.rows] = forces[:, port.members]
+            port.add(forces[:, port.members], force, 1)
             moved = np.zeros_like(forces)
             moved[:, port.members] = X[:, port.rows]
             values[f"contact_{batch.law.ports[i]}"][:, at] = moved
@@ -366,12 +366,11 @@ def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
     motions = {
         name: table[f"contact_{name}"].to_numpy()[point] for batch in problem.batches for name in batch.law.ports
     }
-    ports = (
-        motions[name][batch.elements][port.members]
-        for batch in problem.batches
-        for name, port in zip(batch.law.ports, batch.ports, strict=True)
-    )
-    return np.concatenate(list(ports))
+    out = np.zeros((len(problem.port_directions), problem.harmonics.size))
+    for batch in problem.batches:
+        for name, port in zip(batch.law.ports, batch.ports, strict=True):
+            out[port.rows] = motions[name][batch.elements][port.members]
+    return out
 
 
 def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | None:

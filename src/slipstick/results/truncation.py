@@ -172,7 +172,7 @@ def truncation(
     force = np.zeros((n, balance.n_ports, wide.size))
     for batch, response in zip(balance.batches, responses, strict=False):
         for port, F in zip(batch.ports, response.force, strict=True):
-            force[:, port.rows] = F.reshape(n, batch.count, -1)[:, port.members]
+            port.add(F.reshape(n, batch.count, -1)[:, port.members], force, 1)
     receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
     orders = further.m.astype(float)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from slipstick.balance.contacts import PER_AREA
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
@@ -320,6 +321,7 @@ def _sets(problem: Problem, name: str) -> set[Any]:
 
 
 def _underlying(problem: Problem, member: tuple[int, int], quantity: str) -> str:
+    quantity = quantity.removesuffix(PER_AREA)
     for batch, inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         if member in batch.members:
             underlying = batch.law.stands_for(quantity, inputs.values)

@@ -94,10 +94,10 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
         rows = rows_of(balance, batch)
         for (i, j), k in held.stiffness.items():
             both = (rows[i] >= 0) & (rows[j] >= 0)
-            stiffness[rows[i, both], rows[j, both]] += k[both]
-            constant[rows[i, rows[i] >= 0]] += (k[:, None] * values.motion[j])[rows[i] >= 0]
+            np.add.at(stiffness, (rows[i, both], rows[j, both]), k[both])
+            np.add.at(constant, rows[i, rows[i] >= 0], (k[:, None] * values.motion[j])[rows[i] >= 0])
         for i, c in held.constant.items():
-            constant[rows[i, rows[i] >= 0], 0] += c[rows[i] >= 0]
+            np.add.at(constant, (rows[i, rows[i] >= 0], 0), c[rows[i] >= 0])
     return stiffness, constant
 
 

@@ -166,7 +166,7 @@ class March:
                     given = control.start + to * (control.force - control.start)
                     force[-1, control.held], slopes[:, :, control.held] = given[control.held], 0.0
                 for i, port in enumerate(batch.ports):
-                    F[port.rows] += force[i][port.members]
+                    port.add(force[i][port.members], F)
                 for (i, j), places in batch.coupled.items():
                     np.add.at(K, (places.felt, places.moving), slopes[i, j, places.members])
             residual, J = q + self.A[:, :n] @ F - free, DenseJacobian(np.eye(n) + self.A[:, :n] @ K)
@@ -192,9 +192,8 @@ class March:
                 else:
                     stiff = values["kt"]
                     force = before.force[i] + stiff * (self.moving[k][i] - before.before[i])
-                rows = np.arange(self.n)[port.rows]
-                F[rows] += force[port.members]
-                K[rows, rows] += stiff[port.members]
+                port.add(force[port.members], F)
+                port.add(stiff[port.members], K.reshape(-1)[:: self.n + 1])
         J, right = np.eye(self.n) + self.A[:, : self.n] @ K, self.A @ np.concatenate([-F, load])
         try:
             return np.asarray(np.linalg.solve(J, right))
@@ -274,7 +273,7 @@ class March:
         F = -self.springs * state.q
         for batch, contacts in zip(self.batches, state.contacts, strict=True):
             for i, port in enumerate(batch.ports):
-                F[port.rows] += contacts.force[i][port.members]
+                port.add(contacts.force[i][port.members], F)
         return np.asarray(A[:, self.n :] @ state.loads - A[:, : self.n] @ F)
 
     def _lost(

@@ -36,7 +36,7 @@ DIRECTIONS = ("tangential", "second")
 
 @runtime_checkable
 class Joint(Protocol):
-    """Contacts whose areas are known, such as ``ss.surface_pair`` makes them: a list with a name and points."""
+    """Contacts whose areas are known, such as ``ss.surface_pair`` makes: a list with a name and a point for each."""
 
     name: str
 
@@ -349,7 +349,11 @@ def _dataset(
     moved = np.stack([march.displacement(s, outputs) for s in states])
     position, normal_of = np.full((2, len(problem.elements), 3), np.nan)
     area, owner = np.full(len(problem.elements), np.nan), _owners(problem, friction)
-    of_joint = {pair.name: (joint, k) for joint in joints for k, pair in enumerate(joint)}  # type: ignore[var-annotated,arg-type]
+    of_joint = {
+        name: (joint, k)
+        for joint in joints
+        for k, name in enumerate(name for pair in joint for name in pair.elements)  # type: ignore[attr-defined]
+    }
     for e, name in enumerate(problem.elements):
         if name in of_joint:
             joint, k = of_joint[name]

@@ -206,7 +206,7 @@ class Linearization:
             for (i, j), tangent in response.by_motion.items():
                 port = batch.ports[j]
                 if i in by_port and port.size:
-                    out[port.rows] += np.einsum("cij,ci->cj", tangent, by_port[i])[port.members]
+                    port.add(np.einsum("cij,ci->cj", tangent, by_port[i])[port.members], out, 0)
         pulled = out.reshape(-1)
         for state in self.detail.states:
             pulled += self.power_pulled(state, state.gain.T @ self._on_state(state, by_batch))
@@ -236,7 +236,7 @@ class Linearization:
         pulled, batch = np.zeros((self.balance.n_ports, self.balance.L)), self.balance.batches[state.batch]
         for j, tangent in state.power.by_motion.items():
             port = batch.ports[j]
-            pulled[port.rows] += (weights[:, None] * tangent)[port.members]
+            port.add((weights[:, None] * tangent)[port.members], pulled, 0)
         return pulled.reshape(-1)
 
     def power_rate(self, state: Powered, direction: Move) -> Array:

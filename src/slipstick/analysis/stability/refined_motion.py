@@ -107,7 +107,7 @@ class Iteration:
             spread = motion._replace(harmonics=wide, Q=tuple(self._widened(Q) for Q in motion.Q))
             answer = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
             for port, coefficients in zip(batch.ports, answer, strict=True):
-                force[port.rows] = coefficients[port.members][:, columns]
+                port.add(coefficients[port.members][:, columns], force, 0)
             motions.append(spread)
             forces.append(answer)
         omega = np.array([detail.omega])
@@ -126,7 +126,7 @@ class Iteration:
         motion, response = respond(balance, 0, x, omega, contact_inputs, wide)
         force = np.zeros((len(x), balance.n_ports + balance.n_loads, len(columns)))
         for port, coefficients in zip(batch.ports, response.force, strict=True):
-            force[:, port.rows] = coefficients.reshape(shape)[:, port.members][..., columns]
+            port.add(coefficients.reshape(shape)[:, port.members][..., columns], force, 1)
         added = moved(balance.receptance, further, force, omega, inputs.structures)
         for port, coefficients in zip(batch.ports, motion.Q, strict=True):
             members = np.arange(batch.count)[port.members]
