@@ -95,7 +95,11 @@ def nearest_orbit(
         states: Combination = tuple(State(code) for code in line.cut[: system.n_contacts])
         z, states = with_forces(stepper, z, states, friction, motion.law_force @ motion.harmonics.H_minus(tau))
         for held_free in (True,) if free else (False, True):
-            found = _shooting(stepper, z, states, tau, free=held_free)
+            try:
+                with np.errstate(over="raise"):
+                    found = _shooting(stepper, z, states, tau, free=held_free)
+            except FloatingPointError:  # at a fold, where the frequency has to be free, motion may run away
+                continue
             orbit = None if found is None else _accepted(found, z, line, size, system.omega, free=free)
             if orbit is not None:
                 return orbit

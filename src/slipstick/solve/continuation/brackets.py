@@ -37,6 +37,8 @@ SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
 """Steps from an end that are tried: parts of the distance to a corner and, but for the first, of a bracket."""
 _PARALLEL = 1e-12
 """Square of the sine of an angle below which two tangents are parallel: a few digits above rounding."""
+_CORNER_MARGIN = 0.02
+"""Least distance of a trial from the place where tangents meet, over the tolerance."""
 _MISFITS = 2.0
 """Distance of a trial from the place where tangents meet, over the distance by which they miss each other."""
 _CORNER_OFFSET = 0.02
@@ -277,7 +279,7 @@ def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolera
             return
         guesses = guesses_of(corrector, bracket, share_of(bracket.rising, bracket.falling, bisect, room, tolerance))
         if corner:
-            guesses = chain(bracket.chord.at_corner(0.25 * tolerance), guesses)
+            guesses = chain(bracket.chord.at_corner(_CORNER_MARGIN * tolerance), guesses)
         narrower = with_inside(corrector, event, bracket, guesses, corrector.exact)
         if narrower is None:
             return
