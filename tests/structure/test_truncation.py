@@ -65,12 +65,12 @@ def test_units_do_not_matter_and_all_modes_leave_nothing_out():
     w = np.linspace(0.5, 10.0, 7)
     np.testing.assert_allclose(truncation(4).error(w), truncation(4, unit=1e3).error(w), rtol=1e-10)
     assert truncation(N).error(w).max() < 1e-12
-    assert truncation(N).valid_to() == np.inf
+    assert truncation(N).valid_to == np.inf
 
 
 def test_valid_to_is_where_the_estimate_reaches_one_percent():
     found = truncation(3)
-    w = found.valid_to()
+    w = found.valid_to
     assert float(found.error(0.99 * w)) <= REFUSED < float(found.error(1.02 * w))
 
 

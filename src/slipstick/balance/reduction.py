@@ -87,7 +87,7 @@ def reduction_attributes(problem: Problem) -> dict[str, str]:
 
 def valid_to(problem: Problem) -> float:
     """Frequency (rad/s) up to which the receptance of all harmonics is right to one percent; infinite where it is."""
-    return min((part.valid_to() for part in _truncations(problem)), default=float("inf"))
+    return min((part.valid_to for part in _truncations(problem)), default=float("inf"))
 
 
 def _truncations(problem: Problem) -> list[Truncation]:

@@ -255,7 +255,7 @@ class ModalStructure(Structure):
     @cached_property
     def valid_to(self) -> float:
         """Frequency (rad/s) up to which the receptance is right to one percent, as far as the structure knows."""
-        return min((each.valid_to() for each in self.truncations(1)), default=float("inf"))
+        return min((each.valid_to for each in self.truncations(1)), default=float("inf"))
 
     @classmethod
     def from_arrays(

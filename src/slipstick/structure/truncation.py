@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -109,6 +110,10 @@ def band(omega: Array, lowest: float, highest: float) -> Array:
     return np.unique(np.concatenate([even, between.ravel()]))
 
 
+_TOGETHER = 120
+"""Frequencies at which errors are computed together."""
+
+
 class Truncation:
     """Estimate of the undamped error by modes left out; dofs are scaled by their static compliance.
 
@@ -191,11 +196,15 @@ class Truncation:
         unknown = np.where(left_out > 0.0, np.inf, 0.0)
         return np.asarray(np.divide(left_out, size, out=unknown, where=size > 0.0).max(axis=-1))
 
-    def valid_to(self, error: float = REFUSED) -> float:
-        """Lowest frequency (rad/s) at which the estimate reaches ``error``; infinite where it never does."""
+    @cached_property
+    def valid_to(self) -> float:
+        """Lowest frequency (rad/s) at which the estimate reaches ``REFUSED``; infinite where it never does."""
         grid = self.last * np.geomspace(1e-3, 1e3, 1201)
-        above = np.flatnonzero(self.error(grid) > error)
-        return float(grid[max(above[0] - 1, 0)]) if len(above) else float("inf")
+        for first in range(0, grid.size, _TOGETHER):
+            above = np.flatnonzero(self.error(grid[first : first + _TOGETHER]) > REFUSED)
+            if len(above):
+                return float(grid[max(first + above[0] - 1, 0)])
+        return float("inf")
 
 
 def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Any]:
