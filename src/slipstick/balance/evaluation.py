@@ -308,16 +308,24 @@ class Together:
 
     def residuals(self) -> Array:
         """``X + A (F - P)``, (n, N)."""
-        b = self._balance
-        if b.receptance.static.size * b.orders.size > _WRITTEN_UP_TO:
+        both, b = self._conjugates, self._balance
+        if both is None:
             return self._x + self._answer().reshape(self._x.shape)
         n, shape = len(self._x), (b.n_ports, b.L)
-        both = np.empty((n, 2, b.n_ports + b.n_loads, b.n_ports, b.orders.size + 1), dtype=complex)
-        for receptance, at in self._receptances():
-            receptance.conjugates_of(b.orders, self._omega[at], both[at])
         out = np.empty((n, 2, *shape))
         sums().residuals_of_many(both, self._x.reshape(-1, *shape), self._detail.on_ports, self.loads, out)
         return out[:, 0].reshape(n, -1)
+
+    @cached_property
+    def _conjugates(self) -> ComplexArray | None:
+        """As of a ``Compliance`` (n, 2, n_columns, n_ports, n + 1); None where they would be large."""
+        b = self._balance
+        if b.receptance.static.size * b.orders.size > _WRITTEN_UP_TO:
+            return None
+        both = np.empty((len(self._x), 2, b.n_ports + b.n_loads, b.n_ports, b.orders.size + 1), dtype=complex)
+        for receptance, at in self._receptances():
+            receptance.conjugates_of(b.orders, self._omega[at], both[at])
+        return both
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its ``terms``."""
@@ -326,6 +334,9 @@ class Together:
         return np.sqrt(np.sum((residual / np.where(sizes > 0, sizes, 1.0)) ** 2, axis=(1, 2)))
 
     def _bound(self, stiffness: Array) -> Array:
+        if self._conjugates is not None:
+            sizes = np.abs(self._conjugates[:, 0, : self._balance.n_ports])
+            return _by_coefficient(np.einsum("ncrm,nc->nrm", sizes, stiffness))
         bound = np.empty_like(self.forces)
         for receptance, at in self._receptances():
             bound[at] = _bound(receptance, self._balance.orders, self._omega[at], stiffness[at])
