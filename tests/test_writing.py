@@ -225,3 +225,14 @@ def test_commands_say_it_and_end_with_2(name, tmp_path, monkeypatch):
     assert done.exit_code == 2
     assert sentence(Path(place), reason) in " ".join(done.output.split())
     assert "Traceback" not in done.output
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
+def test_what_is_no_file_is_not_replaced(tmp_path: Path) -> None:
+    """A device or a pipe that is there stays."""
+    pipe = tmp_path / "r.nc"
+    os.mkfifo(pipe)
+    with pytest.raises(InputError, match=r"r\.nc: cannot be written \(found a device; expected a file\)"):
+        result().save(pipe)
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]

@@ -18,6 +18,8 @@ def replacing(path: Path) -> Iterator[Path]:
     It is another one in each process and thread: two writers of one name do not write into each other.
     """
     temporary = path.parent / f"{_begin(path)}{os.getpid()}-{get_ident()}.tmp"
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise OSError("found a device; expected a file")
     try:
         yield temporary
         _sync(temporary)

@@ -67,9 +67,22 @@ def test_unknowns_in_common_change_no_result(law: type, jacobian: str) -> None:
             "stick_fraction",
         ):
             assert largest(one, other, name) < 1e-7, name
+        assert largest(one, other, "truncation") < 1e-6
     ports = len(together.port_directions)
     assert (ports, len(apart.port_directions)) == ((6, 15) if law is ss.PlanarFrictionContact else (4, 10))
     assert ports == sum(pair.n_ports for pair in together.contacts)
+
+
+def test_the_truncation_of_stiff_contacts_counts_all_of_them() -> None:
+    """What passes to further orders, and what comes back, is the sum of all contacts on a direction."""
+    found = []
+    for problem in both(ss.PlanarFrictionContact, modes()):
+        pair, other = problem.contacts
+        stiff = pair.contact.changed(kt=3e4 * AREAS, kn=5e4 * AREAS, gap=1e-3 * GAPS)
+        problem = replace(problem, contacts=[replace(pair, contact=stiff), other])
+        found.append(ss.steady_response(problem, omega=12.0))
+    assert found[1].dataset.truncation[0] > 1e-4
+    assert largest(*found, "truncation") < 1e-5
 
 
 @pytest.mark.parametrize("law", [ss.PlanarFrictionContact, ss.FrictionContact])

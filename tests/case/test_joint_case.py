@@ -167,6 +167,7 @@ omega = 5000.0""",
         ("[response]", SECOND, "leaf"),
         ("points = 6", "points = 6\nexponent = 0.33", r"\[\[joint\]\] 'leaf' exponent: belongs to patches"),
         ("points = 6", "points = 6\npatches = 2", r"\[\[joint\]\] 'leaf' patches: needs load steps"),
+        ("points = 6", "points = 6\npatches = 7", r"\[\[joint\]\] 'leaf' patches: found 7; expected at most 6"),
         (
             "points = 6",
             "points = 6\npatches = 0",

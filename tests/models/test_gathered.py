@@ -100,6 +100,10 @@ def test_what_cannot_be_gathered_is_refused(lap: Lap) -> None:
     joint = lap.fine.gathered(4, lap.state)
     with pytest.raises(InputError, match="gathered already"):
         joint.gathered(2, lap.state)
+    with pytest.raises(InputError, match="patches: found 25; expected at most 24, the number of contacts"):
+        lap.fine.gathered(25, lap.state)
+    with pytest.raises(InputError, match="has no contacts 'lap'"):
+        joint.replaced_in(replace(lap.problem(lap.fine), contacts=[]))
     with pytest.raises(InputError, match=r"what ss\.preload"):
         lap.fine.gathered(2, lap.state.dataset)
     with pytest.raises(InputError, match="a power >= 0"):

@@ -74,6 +74,9 @@ class JointTable(Table):
         both = next((name for name in ("gap", "normal_load") if name in raw and "pressure" in raw), None)
         if both is not None:
             faults.append(Fault(both, "is given together with pressure", remedy="keep one: the file has the pressures"))
+        patches, points = raw.get("patches"), raw.get("points")
+        if isinstance(patches, int) and isinstance(points, int) and patches > points > 0:
+            faults.append(Fault("patches", found=str(patches), expected=f"at most {points}, the number of points"))
         if "exponent" in raw and "patches" not in raw:
             faults.append(Fault("exponent", "belongs to patches", remedy="give patches too"))
         if "columns" in raw and "pressure" not in raw:

@@ -130,9 +130,15 @@ class SurfacePair(list[ContactPair]):
         return replace(points, **parts)
 
     def replaced_in(self, problem: Problem) -> Problem:
-        """The problem with these contacts in the place of those that have the name of this joint."""
+        """The problem with these contacts in the place of those that have the name of this joint.
+
+        Raises InputError where there are none.
+        """
         others = [pair for pair in problem.contacts if block_of(pair.name) != self.name]
-        first = next((k for k, pair in enumerate(problem.contacts) if block_of(pair.name) == self.name), len(others))
+        if len(others) == len(problem.contacts):
+            what = f"has no contacts '{self.name}'"
+            raise InputError(Fault("problem", what, remedy="give a problem with the contacts of this joint"))
+        first = next(k for k, pair in enumerate(problem.contacts) if block_of(pair.name) == self.name)
         return replace(problem, contacts=[*others[:first], *self, *others[first:]], told=None)
 
     def gathered(self, patches: int, state: Preload, *, exponent: Real = 0.0) -> SurfacePair:
@@ -161,7 +167,8 @@ class SurfacePair(list[ContactPair]):
         Raises
         ------
         InputError
-            For contacts that are gathered already, that the load steps do not have, or that none presses.
+            For more patches than contacts, and for contacts that are gathered already, that the load steps do not have,
+            or that none presses.
         """
         gathering = Gathering()
         count = gathering.take(whole, "patches", patches, 1, MOST_ITEMS)
@@ -174,6 +181,9 @@ class SurfacePair(list[ContactPair]):
         gathering.end()
         assert count is not None
         assert power is not None
+        if count > len(self):
+            expected = f"at most {len(self)}, the number of contacts"
+            raise InputError(Fault("patches", found=str(count), expected=expected))
         last = state.dataset.isel(step=-1)
         names = [pair.name for pair in self]
         if not set(names) <= set(last["contact"].to_numpy().tolist()):

@@ -271,7 +271,7 @@ def _changes(balance: Balance, tangents: Tangents, change: Array) -> Array:
     for batch, by_port in zip(balance.batches, tangents, strict=True):
         for pair, tangent in by_port.items():
             _, felt, moving = batch.couplings[pair]
-            out[:, felt] += (tangent @ change[:, moving, :, None])[..., 0]
+            np.add.at(out, (slice(None), felt), (tangent @ change[:, moving, :, None])[..., 0])  # ports may be shared
     return out
 
 
