@@ -271,7 +271,8 @@ def _changes(balance: Balance, tangents: Tangents, change: Array) -> Array:
     for batch, by_port in zip(balance.batches, tangents, strict=True):
         for pair, tangent in by_port.items():
             _, felt, moving = batch.couplings[pair]
-            np.add.at(out, (slice(None), felt), (tangent @ change[:, moving, :, None])[..., 0])  # ports may be shared
+            forces = (tangent @ change[:, moving, :, None])[..., 0]
+            np.add.at(out.swapaxes(0, 1), felt, forces.swapaxes(0, 1))  # elements may have a port in common
     return out
 
 
