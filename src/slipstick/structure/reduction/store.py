@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
+from zipfile import ZipFile
 
 import numpy as np
 from scipy import sparse
@@ -116,7 +117,13 @@ def read(path: Path) -> dict[str, AnyArray] | None:
 
 
 def write(path: Path, arrays: dict[str, Any]) -> None:
-    """Store arrays under a name that appears only when the file is whole. Raises InputError if it cannot be written."""
+    """Store arrays under a name that appears only when the file is whole. Raises InputError if it cannot be written.
+
+    As ``numpy.savez``, which before version 2.1 cannot be told to pickle nothing, and leaves its archive open where it
+    cannot write.
+    """
     make_folder(path.parent)
-    with writing(path) as part, part.open("wb") as file:
-        np.savez(file, **arrays)  # its allow_pickle is younger than numpy 2.1, which stores it as an array
+    with writing(path) as part, ZipFile(part, "w", allowZip64=True) as archive:
+        for name, value in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, np.asanyarray(value), allow_pickle=False)
