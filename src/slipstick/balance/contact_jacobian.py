@@ -63,8 +63,7 @@ def _blocks() -> ModuleType:
 class Blocks:
     """Elements by their port numbers (n, p), -1 where there is none, and products with blocks (n, p L, p L) of them.
 
-    Those that move together are one here: their forces add up. Numbers at the ports are (n_ports + 1, L), the last row
-    zero.
+    Numbers at the ports are (n_ports + 1, L), the last row zero.
     """
 
     def __init__(self, rows: NDArray[np.intp], L: int) -> None:

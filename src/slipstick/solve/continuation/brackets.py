@@ -103,7 +103,7 @@ class Chord:
         a, b = tangent * metric.weights, direction * metric.weights
         self._a, self._b = a / column(norms(a)), b / column(norms(b))
         self._chord = (other - state) * metric.weights
-        g, p, q = dots(self._a, self._b), dots(self._a, self._chord), dots(self._b, self._chord)
+        g, p, q = self._products = dots(self._a, self._b), dots(self._a, self._chord), dots(self._b, self._chord)
         square_of_sine = 1.0 - g * g
         self.turns = (g < 0.0) & (square_of_sine >= _PARALLEL)
         over = chosen(self.turns, square_of_sine, inf)
@@ -128,7 +128,7 @@ class Chord:
         It is so far from the corner that it lies on that side, as far as both sides are straight; at least a
         ``margin``.
         """
-        g, p, q = self._a.dot(self._b), self._a.dot(self._chord), self._b.dot(self._chord)
+        g, p, q = self._products
         square_of_sine = 1.0 - g * g
         if square_of_sine < _PARALLEL:
             return
