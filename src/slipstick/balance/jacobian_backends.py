@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
+from scipy.linalg.blas import dgemm
 
 from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
 from slipstick.balance.contact_jacobian import ContactJacobian
@@ -17,7 +18,7 @@ from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.state.contact_state import Carried
 from slipstick.structure.receptance import Receptance
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
@@ -113,14 +114,20 @@ class _Dense:
                         self._known.append((fit, coupled[pair]))
         return self._known
 
-    def write(self, out: Array) -> None:
-        """Write all entries into the first rows and columns of ``out``."""
+    def write(self, out: Array) -> BoolArray:
+        """Write all entries into the first rows and columns of ``out``, in Fortran order; marks those that are filled."""
         N, add = self._balance.size, sums().add_products
         out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
+        filled = np.zeros(len(out), bool)
         for tangent, places in self._coupled():
-            add(self._compliance.value, tangent, *places, out.T)
+            add(self._compliance.value, tangent, *places, out.T, filled)
         for carried in self._states:
-            out[:N, :N] += state_columns(self._balance, carried, self._compliance) @ power_rows(self._balance, carried)
+            rows = power_rows(self._balance, carried)
+            filled[:N] |= rows.any(axis=0)
+            left, right = np.zeros((carried.values.size, len(out))), np.zeros((carried.values.size, len(out)))
+            left[:, :N], right[:, :N] = state_columns(self._balance, carried, self._compliance).T, rows
+            dgemm(1.0, left.T, right.T, 1.0, out, trans_b=True, overwrite_c=True)
+        return filled
 
     def product(self, x: Array) -> Array:
         """Product with x (N,), without contact states."""

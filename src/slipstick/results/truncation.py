@@ -245,8 +245,9 @@ def _held(balance: Balance, tangents: Sequence[tuple[Array, PortPair]], value: C
     value[:, :, 0] = 0.0
     ports, L = balance.n_ports, 1 + free.shape[1]
     transposed, motion, forces = np.eye(ports * L), np.zeros((ports, L)), np.zeros((ports, L))
+    filled = np.zeros(ports * L, dtype=bool)
     for tangent, places in tangents:
-        sums().add_products(value, tangent, *places, transposed)
+        sums().add_products(value, tangent, *places, transposed, filled)
     motion[:, 1:] = free
     passing = np.linalg.solve(transposed.T, motion.ravel()).reshape(ports, L)
     for tangent, places in tangents:

@@ -198,8 +198,8 @@ class ContactState(ABC):
 
     def within(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
         """``parameters``, constant beyond the limits."""
-        inside = np.clip(z, *self.limits)
-        if np.array_equal(inside, z):
+        inside = np.minimum(np.maximum(z, self.limits[0]), self.limits[1])
+        if (inside == z).all():
             return self.parameters(z, given)
         return {
             name: Sampled(sampled.value, np.where(inside == z, sampled.derivative, 0.0))
@@ -239,7 +239,8 @@ class Carried:
         """``dP/dz`` (n,) at fixed motion [THEORY.md (8.4)]."""
         slope = np.zeros(self.values.size)
         for name, sampled in self.sampled.items():
-            slope += self.power.by_parameter(name) * sampled.derivative
+            if sampled.derivative.any():
+                slope += self.power.by_parameter(name) * sampled.derivative
         return slope
 
     @cached_property

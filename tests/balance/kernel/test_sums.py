@@ -36,13 +36,17 @@ def test_moved_by_the_first_columns():
 
 def test_products_are_added_where_the_ports_stand():
     tangent = RNG.normal(size=(3, L, L))
+    tangent[0, :, 1] = 0.0
     members, felt, moving = np.array([2, 0]), np.array([1, 0]), np.array([0, 2])
     forces = np.zeros((COLUMNS, L, ROWS, L))
     forces[1, :, 0, :], forces[0, :, 2, :] = tangent[2], tangent[0]
     before = RNG.normal(size=(ROWS * L + 1, ROWS * L + 1))
     out = before.copy()
-    add_products(VALUE, tangent, members, felt, moving, out)
+    filled = np.zeros(len(out), dtype=bool)
+    add_products(VALUE, tangent, members, felt, moving, out, filled)
     expected = real() @ forces.reshape(COLUMNS * L, -1)
     np.testing.assert_allclose((out - before)[:-1, :-1].T, expected, atol=1e-13)
     np.testing.assert_array_equal(out[-1], before[-1])
     np.testing.assert_array_equal(out[:, -1], before[:, -1])
+    np.testing.assert_array_equal(filled[:-1], np.any(expected, axis=0))
+    assert not filled[-1]

@@ -50,6 +50,31 @@ def test_the_matrix_is_not_written_on():
         assert np.array_equal(row, np.ones(5))
 
 
+@pytest.mark.parametrize("filled", [[], [0], [7, 8, 9], [3, 20, 39], [109], range(24)])
+def test_only_filled_columns_are_factorised(filled):
+    """As the whole matrix gives them, alone and with borders; the factors have the size of what is filled."""
+    random = np.random.default_rng(5)
+    n, marks = 110, np.zeros(110, dtype=bool)
+    marks[filled] = True
+    matrix = np.eye(n)
+    matrix[:, marks] += random.standard_normal((n, np.count_nonzero(marks)))
+
+    def write(out):
+        out[:n, :n] = matrix
+        return np.append(marks, np.zeros(len(out) - n, dtype=bool))
+
+    jacobian, whole = DenseJacobian(write, n), matrix
+    for border in range(3):
+        for x in (random.standard_normal(n + border), random.standard_normal((n + border, 3))):
+            for transposed, A in ((False, whole), (True, whole.T)):
+                np.testing.assert_allclose(A @ jacobian.solve(x, transposed=transposed), x, atol=1e-9)
+        assert jacobian.sign() == np.sign(np.linalg.det(whole))
+        assert len(jacobian._factors()._lu) <= len(filled) + border + 1
+        column, row = random.standard_normal(n + border), random.standard_normal(n + border + 1)
+        whole = np.vstack([np.column_stack([whole, column]), row])
+        jacobian = jacobian.bordered(column, row)
+
+
 def test_singular_alone_but_not_bordered():
     """A fold point: the border makes it regular."""
     fold = DenseJacobian([[0.0]])
@@ -72,7 +97,7 @@ def test_a_border_is_assembled_once_and_factorised_in_its_memory(monkeypatch):
     jacobian.solve(np.ones(4))
     jacobian.sign()
     assert len(seen) == 1
-    assert np.shares_memory(seen[0], jacobian._factors()[0])
+    assert np.shares_memory(seen[0], jacobian._factors()._lu)
 
 
 def test_a_matrix_is_written_when_it_is_asked_for():

@@ -25,6 +25,6 @@ def compile_all() -> float:
     both, on_ports = np.ones((1, 2, 1, 1, 2), dtype=complex), np.ones((2, 1, 1, 3))
     residuals_of_many(both, np.ones((1, 1, 3)), on_ports, np.empty((1, 0, 3)), np.empty((1, 2, 1, 3)))
     first = np.zeros(1, dtype=np.int64)
-    add_products(compliance.value, np.ones((1, 3, 3)), first, first, first, np.zeros((3, 3)))
+    add_products(compliance.value, np.ones((1, 3, 3)), first, first, first, np.zeros((3, 3)), np.zeros(3, dtype=bool))
     add_force_changes(np.ones((1, 3, 3)), first, first, first, np.ones((1, 3)), np.zeros((1, 3)))
     return perf_counter() - start

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.trig.compiled import compiled
-from slipstick.typing import Array, ComplexArray, IntArray
+from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 
 @compiled(allocates=True, nogil=True)
@@ -70,11 +70,13 @@ def residuals_of_many(both: ComplexArray, x: Array, on_ports: Array, P: Array, o
 
 @compiled(allocates=True, nogil=True)
 def add_products(
-    value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
-) -> None:
+    value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array,
+    filled: BoolArray,
+) -> None:  # fmt: skip
     """Add ``A dF_i/dQ_j`` of the elements ``members`` to a transposed Jacobian (N or more each way).
 
-    ``tangent`` (n, L, L) are their derivatives; ``felt`` and ``moving`` the numbers of their ports i and j.
+    ``tangent`` (n, L, L) are their derivatives; ``felt`` and ``moving`` the numbers of their ports i and j. Unknowns
+    (N or more,) on which a force depends are marked ``filled``.
     """
     rows, n = value.shape[1], value.shape[2] - 1
     L = 2 * n + 1
@@ -82,10 +84,15 @@ def add_products(
     for t in range(members.size):
         i, e = felt[t], members[t]
         for k in range(L):
-            column = out[moving[t] * L + k]
+            acts = tangent[e, 0, k] != 0.0
             force[0] = tangent[e, 0, k]
             for m in range(1, n + 1):
                 force[m] = complex(tangent[e, 2 * m - 1, k], tangent[e, 2 * m, k])
+                acts |= force[m] != 0j
+            if not acts:
+                continue
+            column = out[moving[t] * L + k]
+            filled[moving[t] * L + k] = True
             for p in range(rows):
                 column[p * L] += value[i, p, 0].real * force[0].real
                 for m in range(1, n + 1):
@@ -113,5 +120,6 @@ def products_of_many(
     value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
 ) -> None:
     """``add_products`` of each: ``tangent`` (k, count, L, L), transposed Jacobians ``out`` (k, N or more each way)."""
+    filled = np.empty(out.shape[1], np.bool_)
     for i in range(len(value)):
-        add_products(value[i], tangent[i], members, felt, moving, out[i])
+        add_products(value[i], tangent[i], members, felt, moving, out[i], filled)

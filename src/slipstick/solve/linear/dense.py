@@ -5,16 +5,19 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
 REFINED_FROM = 250
 """Unknowns from which refining a solution by the factors of a neighbour costs less than new factors (measured)."""
+_FILLED_FROM, _MOST_FILLED = 100, 0.75
+"""Unknowns from which, and part of the columns up to which, factors of the filled ones alone cost less (measured)."""
 _CONTRACTION = 0.2
 """Largest ratio of two refinements, one after the other, with which a solution is refined further."""
 _MOST_REFINEMENTS = 10
@@ -28,32 +31,110 @@ _SEED = 1
 """Of their right-hand sides: results repeat."""
 
 
+def solution(matrix: Array, right: Array) -> Array | None:
+    """Solution of a small system for right (n,) or (n, k); None where it is singular, or the solution not finite.
+
+    For 16 unknowns in a third of the time of ``numpy.linalg.solve``.
+
+    >>> solution(np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([2.0, 2.0])), solution(np.zeros((1, 1)), np.ones(1))
+    (array([1. , 0.5]), None)
+    """
+    x: Array
+    _, _, x, zero = dgesv(matrix, right)
+    return x if zero == 0 and isfinite(x.sum()) else None
+
+
+class Factors:
+    """LU factors of a matrix in Fortran order, in whose memory they stay.
+
+    ``singular``: there is an exact zero on the diagonal.
+    """
+
+    __slots__ = ("_lu", "_pivots", "singular")
+
+    def __init__(self, entries: Array) -> None:
+        self._lu, self._pivots, zero = dgetrf(entries, overwrite_a=1)
+        self.singular = zero > 0
+
+    def solve(self, right: Array, transposed: bool = False) -> Array:
+        """Solution for right (N,) or (N, k), or with the transpose."""
+        x: Array = dgetrs(self._lu, self._pivots, right, trans=int(transposed))[0]
+        return x
+
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        swapped, negative = self._pivots != np.arange(self._pivots.size), self._lu.diagonal() < 0
+        return -1 if np.count_nonzero(swapped ^ negative) % 2 else 1
+
+
+class FilledFactors(Factors):
+    """Factors of a matrix (N, N) of which only the columns marked ``filled`` (N,) are not those of the identity.
+
+    The other columns have entries in the last rows too, which are ``borders``, and which are filled. All other rows
+    hold one of the other unknowns alone, so that only the block of the filled ones is factorised.
+    """
+
+    __slots__ = ("_above", "_borders", "_filled", "_others")
+
+    def __init__(self, entries: Array, filled: BoolArray, borders: int) -> None:
+        self._filled, self._others = np.flatnonzero(filled), np.flatnonzero(~filled)
+        columns = entries.T[self._filled]
+        self._above = columns[:, self._others]
+        self._borders = entries[len(entries) - borders :, self._others]
+        block = columns[:, self._filled]
+        block[:, len(block) - borders :] -= self._above @ self._borders.T
+        super().__init__(block.T)
+
+    def solve(self, right: Array, transposed: bool = False) -> Array:
+        """Solution for right (N,) or (N, k), or with the transpose."""
+        x, inner, others = np.empty(right.shape), right[self._filled], right[self._others]
+        first = len(inner) - len(self._borders)
+        if transposed:
+            inner -= self._above @ others
+        else:
+            inner[first:] -= self._borders @ others
+        inner = super().solve(inner, transposed)
+        x[self._filled] = inner
+        x[self._others] = others - (self._borders.T @ inner[first:] if transposed else self._above.T @ inner)
+        return x
+
+
 class _Factorised(Jacobian):
-    """LU factors, made on first use in the memory they stay in; a kind says its size and how it is written there."""
+    """LU factors, made on first use; a kind says its size and how it is written where they are made.
 
-    __slots__ = ("_lu", "_near", "_sign")
+    ``borders`` is the number of rows and columns it was bordered with.
+    """
 
-    _lu: tuple[Array, NDArray[np.int32], int] | None
-    _near: tuple[Array, NDArray[np.int32], int] | None
+    __slots__ = ("_lu", "_near", "_sign", "borders")
+
+    _lu: Factors | None
+    _near: Factors | None
     """Factors of a neighbouring Jacobian, by which solutions are refined."""
     _sign: int | None
 
     @abstractmethod
-    def write(self, out: Array) -> None:
-        """Write all entries into the first rows and columns of ``out``, which is zero and in Fortran order."""
+    def write(self, out: Array) -> BoolArray | None:
+        """Write all entries into the first rows and columns of ``out``, which is zero and in Fortran order.
 
-    def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
-        """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""
+        Returns marks of the columns of ``out`` that are filled, if the others are those of the identity but for the
+        borders.
+        """
+
+    def _factors(self) -> Factors:
         if self._lu is None:
             entries = np.zeros((self.size, self.size), order="F")
-            self.write(entries)
-            self._lu = dgetrf(entries, overwrite_a=1)
+            filled = self.write(entries)
+            if filled is None or self.size < _FILLED_FROM or np.count_nonzero(filled) > _MOST_FILLED * self.size:
+                self._lu = Factors(entries)
+            else:
+                filled[min(self.size - self.borders, self.size - 1) :] = True  # LAPACK takes no empty matrix
+                self._lu = FilledFactors(entries, filled, self.borders)
         return self._lu
 
     @property
     def singular(self) -> bool:
         """Whether it is exactly singular; not where solutions are refined, which a singular one does not allow."""
-        return self._near is None and (self._lu or self._factors())[2] > 0
+        return self._near is None and (self._lu or self._factors()).singular
 
     def take_over(self, other: Jacobian) -> None:
         """Refine solutions by the factors of a neighbouring Jacobian, as long as few refinements do."""
@@ -68,9 +149,7 @@ class _Factorised(Jacobian):
         """Solution of ``J @ x = right``, or with its transpose."""
         if self._near is not None and not transposed and (refined := self._refined(right, 0.0)) is not None:
             return refined
-        lu, pivots, _ = self._lu or self._factors()
-        x: Array = dgetrs(lu, pivots, right, trans=int(transposed))[0]
-        return x
+        return (self._lu or self._factors()).solve(right, transposed)
 
     def solve_correction(self, right: Array, to: float = OF_CORRECTIONS) -> Array:
         """``solve``, to a relative error where solutions are refined."""
@@ -81,11 +160,10 @@ class _Factorised(Jacobian):
     def _refined(self, right: Array, to: float) -> Array | None:
         """Solution by refinement to a relative error; None, and never again, where it would take many refinements."""
         assert self._near is not None
-        lu, pivots, _ = self._near
-        x: Array = dgetrs(lu, pivots, right)[0]
+        x = self._near.solve(right)
         size = before = _sizes(x)
         for _ in range(_MOST_REFINEMENTS if right.ndim == 1 or right.shape[1] <= _MOST_COLUMNS else 0):
-            change: Array = dgetrs(lu, pivots, right - self.multiply(x))[0]
+            change = self._near.solve(right - self.multiply(x))
             now = _sizes(change)
             x += change
             done = (now * now <= to * size * before) | (now <= _ROUNDING * size)  # the next one is smaller by the ratio
@@ -106,9 +184,9 @@ class _Factorised(Jacobian):
         if self._sign is None and self._near is not None:
             known = self._near
             if self._refined(_every_direction(self.size), _SIGN_ERROR) is not None:
-                self._sign = _sign(*known[:2])
+                self._sign = known.sign()
         if self._sign is None:
-            self._sign = _sign(*(self._lu or self._factors())[:2])
+            self._sign = (self._lu or self._factors()).sign()
         return self._sign
 
     def bordered(self, column: Array, row: Array) -> BorderedDense:
@@ -127,11 +205,6 @@ def _sizes(x: Array) -> Array:
     return np.asarray(np.sqrt((x * x).sum(axis=0)))
 
 
-def _sign(lu: Array, pivots: NDArray[np.int32]) -> int:
-    swapped, negative = pivots != np.arange(pivots.size), lu.diagonal() < 0
-    return -1 if np.count_nonzero(swapped ^ negative) % 2 else 1
-
-
 _NOT_WRITTEN = np.empty((0, 0))
 
 
@@ -148,17 +221,17 @@ class DenseJacobian(_Factorised):
 
     __slots__ = ("_matrix", "_product", "_size", "_writer")
 
-    _writer: Callable[[Array], None] | None
+    _writer: Callable[[Array], BoolArray | None] | None
     _product: Callable[[Array], Array] | None
 
     def __init__(
         self,
-        matrix: ArrayLike | Callable[[Array], None],
+        matrix: ArrayLike | Callable[[Array], BoolArray | None],
         size: int = 0,
         product: Callable[[Array], Array] | None = None,
     ) -> None:
         self._lu = self._near = self._sign = None
-        self._product, self._writer = product, None
+        self._product, self._writer, self.borders = product, None, 0
         self._matrix: Array = _NOT_WRITTEN
         if callable(matrix):
             self._writer, self._size = matrix, size
@@ -180,12 +253,12 @@ class DenseJacobian(_Factorised):
         """N."""
         return self._size
 
-    def write(self, out: Array) -> None:
+    def write(self, out: Array) -> BoolArray | None:
         """Write all entries into the first rows and columns of ``out``."""
-        if self._writer is None:
-            out[: self._size, : self._size] = self._matrix
-        else:
-            self._writer(out)
+        if self._writer is not None:
+            return self._writer(out)
+        out[: self._size, : self._size] = self._matrix
+        return None
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x``, or the transpose times x."""
@@ -213,14 +286,15 @@ class BorderedDense(Bordered, _Factorised):
 
     def __init__(self, inner: _Factorised, column: Array, row: Array) -> None:
         self._lu = self._near = self._sign = None
-        self._inner, self._column, self._row = inner, column, row
+        self._inner, self._column, self._row, self.borders = inner, column, row, inner.borders + 1
 
-    def write(self, out: Array) -> None:
+    def write(self, out: Array) -> BoolArray | None:
         """Write all entries into the first rows and columns of ``out``."""
-        self._inner.write(out)
+        filled = self._inner.write(out)
         last = self._row.size - 1
         out[:last, last] = self._column
         out[last, : last + 1] = self._row
+        return filled
 
     def __repr__(self) -> str:
         return f"BorderedDense({self.size})"

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
+from slipstick.solve.linear.dense import solution
+from slipstick.solve.norm import norm
 from slipstick.typing import Array, BoolArray
 from slipstick.units import Units, after_number, power_unit
 
@@ -249,7 +251,7 @@ class _Clipped:
 
     def __call__(self, T: Array) -> tuple[Array, Array]:
         self.count += 1
-        inside = np.clip(T, *self.limits)
+        inside = np.minimum(np.maximum(T, self.limits[0]), self.limits[1])  # np.clip takes twice as long
         power, slope = self.evaluate(inside)
         return power, np.where(inside == T, slope, 0.0)
 
@@ -301,29 +303,30 @@ def _damped_newton(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance:
 
     Each step has to pass P. Deuflhard's natural monotonicity test: the simplified step after it is shorter.
     """
+    one, size = np.eye(T.size), power_of.size(T, T0)
     power, slope = power_of(T)
-    G, J = T - T0 - R @ power, np.eye(T.size) - R * slope
-    step = _solve(J, -G)
+    G, J = T - T0 - R @ power, one - R * slope
+    step = solution(J, -G)
     for _ in range(40):
         if step is None:
             return None
-        if np.all(np.abs(step) <= tolerance * power_of.size(T, T0)):
+        if (np.abs(step) <= tolerance * size).all():
             return T if hold or is_stable(R, slope) else None
-        factor = 1.0 / max(1.0, power_of.excess(T, step))
+        factor, length = 1.0 / max(1.0, power_of.excess(T, step)), norm(step)
         while factor > 1e-3:
             trial = T + factor * step
             power, slope = power_of(trial)
-            G = trial - T0 - R @ power
-            simplified = _solve(J, -G)
+            G, size = trial - T0 - R @ power, power_of.size(trial, T0)
+            simplified = solution(J, -G)
             # rounding alone keeps the last steps from shrinking
-            room = (1.0 - 0.5 * factor) * np.linalg.norm(step) + 10.0 * tolerance * np.linalg.norm(power_of.size(T, T0))
-            if simplified is not None and np.linalg.norm(simplified) <= room:
+            room = (1.0 - 0.5 * factor) * length + 10.0 * tolerance * norm(size)
+            if simplified is not None and norm(simplified) <= room:
                 break
             factor *= 0.5
         else:
             return None
-        T, J = trial, np.eye(T.size) - R * slope
-        step = _solve(J, -G)
+        T, J = trial, one - R * slope
+        step = solution(J, -G)
     return None
 
 
@@ -340,7 +343,7 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
         fastest = -np.linalg.eigvals(J).real.min(initial=1.0)
         if fastest > 0:
             duration = min(duration, 0.5 / fastest)
-        elif (newton := _solve(J, -G)) is not None and np.all(np.abs(newton) <= tolerance * power_of.size(T, T0)):
+        elif (newton := solution(J, -G)) is not None and np.all(np.abs(newton) <= tolerance * power_of.size(T, T0)):
             return T, True
         step = np.asarray(np.linalg.solve(J + np.eye(T.size) / duration, -G), dtype=float)
         too_long = power_of.excess(T, step)
@@ -357,14 +360,6 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
         T, power, slope, G = T + step, new_power, new_slope, residual
         duration = min(duration * (10.0 if error < 0.1 else 2.0), 1e12)
     return T, False
-
-
-def _solve(matrix: Array, right: Array) -> Array | None:
-    try:
-        solution = np.asarray(np.linalg.solve(matrix, right), dtype=float)
-    except np.linalg.LinAlgError:
-        return None
-    return solution if np.all(np.isfinite(solution)) else None
 
 
 class TemperatureCells(NamedTuple):

@@ -392,7 +392,7 @@ class _Element:
         self.last: Carried | None = None
 
     def at(self, T: Array) -> Carried:
-        if self.last is None or not np.array_equal(self.last.values, T):
+        if self.last is None or not (self.last.values == T).all():
             self.last = self.heated.at(self.law, self.motion, self.cold, T)
         return self.last
 
