@@ -110,7 +110,7 @@ class _Dense:
                 coupled = self._balance.batches[k].coupled
                 for pair, tangent in _anchored(self._balance, k, by_ports).items():
                     if pair in coupled:
-                        fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
+                        fit = tangent if tangent.flags.carray else np.array(tangent, dtype=float, order="C")
                         self._known.append((fit, coupled[pair]))
         return self._known
 

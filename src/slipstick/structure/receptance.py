@@ -15,7 +15,7 @@ from scipy.sparse import issparse
 
 from slipstick.errors import InputError
 from slipstick.structure.residuals import Residuals, WrittenResiduals
-from slipstick.typing import AnyArray, Array, ComplexArray
+from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
 
 SMALL = 2**14
 """Entries of a matrix up to which products with many vectors cost as much one by one."""
@@ -332,7 +332,7 @@ class ModalReceptance(SummedReceptance):
         new._left, new._right = np.hstack([self._left, left]), np.hstack([self._right, right])
         new._stiffness, new._viscous = np.append(self._stiffness, none), np.append(self._viscous, none)
         new._damping = new._factor * new._viscous
-        for name in ("_products", "_many", "_at_rest"):
+        for name in ("_products", "_different_products", "_many", "_at_rest"):
             new.__dict__.pop(name, None)
         return new
 
@@ -369,11 +369,26 @@ class ModalReceptance(SummedReceptance):
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
         arguments = self._stiffness, self._damping, self._rest, orders, omega * orders, out
         if not self._many:
-            _modal_sums()(self._static, self._products, 0, *arguments)
+            _modal_sums()(self._static, *self._different_products, 0, *arguments)
         else:
+            places = np.arange(len(self._right))[:, None]
             for row, shapes in enumerate(self._left):
-                _modal_sums()(self._static, shapes * self._right, row, *arguments)
+                _modal_sums()(self._static, shapes * self._right, places, row, *arguments)
         return out
+
+    @cached_property
+    def _different_products(self) -> tuple[Array, IntArray]:
+        """The products without those that are the same both ways, of symmetric ones, and the place of each there."""
+        rows, columns = self._shape
+        places = np.arange(columns * rows).reshape(columns, rows)
+        if not np.array_equal(self._left, self._right[:rows]):
+            return self._products, places
+        upper = np.triu_indices(rows, 1)
+        different = np.ones((columns, rows), dtype=bool)
+        different[upper] = False
+        places = (np.cumsum(different) - 1).reshape(columns, rows)
+        places[upper] = places[upper[::-1]]
+        return self._products[different.ravel()], places
 
     @cached_property
     def _static(self) -> Array:
@@ -398,7 +413,7 @@ class ModalReceptance(SummedReceptance):
         """``conjugates`` at frequencies (n,), see ``Receptance``: bit for bit those of single frequencies."""
         from slipstick.structure.kernel.modal_sums import modal_sums_of_many
 
-        sums = self._static, self._products, self._stiffness, self._damping, self._rest
+        sums = self._static, *self._different_products, self._stiffness, self._damping, self._rest
         modal_sums_of_many(*sums, orders, np.ascontiguousarray(omega), out)
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
@@ -417,7 +432,7 @@ class ModalReceptance(SummedReceptance):
         """A copy with another ``loss_factor``, the same for all modes, factor ``damping`` on the viscous damping, or
         frequency and viscous damping of single modes (``mode_name``)."""
         if not self._many:
-            self._products  # noqa: B018  made once, for all copies
+            self._different_products  # noqa: B018  made once, for all copies
         new = copy(self)
         of_modes = {place: value for name, value in values.items() if (place := mode_place(name)) is not None}
         if of_modes:

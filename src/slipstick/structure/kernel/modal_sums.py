@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.trig.compiled import compiled
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import Array, ComplexArray, IntArray
 
 
 @compiled(allocates=True, nogil=True)
 def modal_sums(
-    static: Array, products: Array, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    static: Array, products: Array, places: IntArray, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
     orders: Array, w: Array, out: ComplexArray,
 ) -> None:  # fmt: skip
     """Write ``conj(A)`` at ``w`` (k,) and its derivative by omega into ``out`` (2, n_columns, n_rows, 1 + k).
 
-    The first place of the last axis is that of ``static`` (n_rows, n_columns). ``products`` (n_columns * any, n_modes)
-    are those of columns and some rows, ``first`` and those after it. ``w`` grows with omega as ``orders`` (k,) say.
+    The first place of the last axis is that of ``static`` (n_rows, n_columns). ``products`` (any, n_modes) are those of
+    columns and rows; ``places`` (n_columns, any) says which one is that of a column and a row, from ``first`` on. ``w`` grows with omega as ``orders`` (k,) say.
     ``left_out`` holds the residual and the second residual, (2, n_rows, n_columns), complex; ``damping`` is ``i`` times
     the viscous one.
     """
@@ -33,10 +33,9 @@ def modal_sums(
             weights[r, 2 * n + k] = orders[k] * (2.0 * w[k] * p + c * q)
             weights[r, 3 * n + k] = orders[k] * (2.0 * w[k] * q - c * p)
     sums = np.dot(products, weights)
-    rows = len(products) // columns
     for column in range(columns):
-        for row in range(first, first + rows):
-            sum_here = sums[column * rows + row - first]
+        for row in range(first, first + places.shape[1]):
+            sum_here = sums[places[column, row - first]]
             rest, second = left_out[0, row, column], left_out[1, row, column]
             out[0, column, row, 0], out[1, column, row, 0] = static[row, column], 0.0
             for k in range(n):
@@ -48,9 +47,9 @@ def modal_sums(
 
 @compiled(allocates=True, nogil=True)
 def modal_sums_of_many(
-    static: Array, products: Array, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
-    orders: Array, omega: Array, out: ComplexArray,
+    static: Array, products: Array, places: IntArray, stiffness: ComplexArray, damping: ComplexArray,
+    left_out: ComplexArray, orders: Array, omega: Array, out: ComplexArray,
 ) -> None:  # fmt: skip
     """``modal_sums`` at every omega (k,), into ``out`` (k, 2, n_columns, n_rows, n + 1)."""
     for i in range(omega.size):
-        modal_sums(static, products, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
+        modal_sums(static, products, places, 0, stiffness, damping, left_out, orders, omega[i] * orders, out[i])
