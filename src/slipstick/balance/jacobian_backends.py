@@ -115,7 +115,7 @@ class _Dense:
         return self._known
 
     def write(self, out: Array) -> BoolArray:
-        """Write all entries into the first rows and columns of ``out``, in Fortran order; marks those that are filled."""
+        """Write all entries into the first rows and columns of ``out``, in Fortran order; marks the filled columns."""
         N, add = self._balance.size, sums().add_products
         out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
         filled = np.zeros(len(out), bool)

@@ -35,11 +35,12 @@ class Port(NamedTuple):
 
     def add(self, values: Array, out: Array, axis: int = -1) -> None:
         """Add values of the elements that have the port to those of all ports, which lie along ``axis``."""
-        target, each = np.moveaxis(out, axis, 0), np.moveaxis(values, axis, 0)
+        if axis:
+            out, values = out.swapaxes(axis, 0), values.swapaxes(axis, 0)
         if self.shared:
-            np.add.at(target, _indices(self.rows), each)
+            np.add.at(out, _indices(self.rows), values)
         else:
-            target[self.rows] += each
+            out[self.rows] += values
 
 
 class PortPair(NamedTuple):
@@ -302,5 +303,5 @@ def by_omega(response: Response, contact_inputs: ContactInputs, omega: float | A
 def _widened(narrow: Harmonics, wide: Harmonics, Q: Array) -> Array:
     """Coefficients (k, L) in a set of harmonics that contains their own."""
     out = np.zeros((len(Q), wide.size))
-    out[:, [wide.index(0), *(wide.index(m, part) for m in narrow.orders[1:] for part in ("c", "s"))]] = Q
+    out[:, wide.columns(narrow.orders)] = Q
     return out

@@ -163,8 +163,7 @@ def truncation(
         each = (truncation(outputs, x[at], motion[at], omega[at], inputs.at(at), reactions.at(at)) for at in slices)
         return np.concatenate(list(each))
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
-    kept = [0, *_columns(wide, h)]
-    new, structures = _columns(wide, further), inputs.structures
+    kept, new, structures = wide.columns(h.orders), wide.columns(further.orders[1:]), inputs.structures
     size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
     responses = [
         respond(balance, k, x, omega, inputs.contacts(k), wide)[1] for k in range(len(balance.batches) if n else 0)
@@ -187,13 +186,13 @@ def truncation(
     small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
     stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
     for p in stiff.tolist():
-        stiffness = _among_further(balance, responses, p, n, [0, *new])
+        stiffness = _among_further(balance, responses, p, n, wide.columns(further.orders))
         value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
         force[p][:, new] += _held(balance, stiffness, value, added[p, : balance.n_ports, new].T)
     if stiff.size:
         less = answered(force[..., new])
         smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
-        added[np.ix_(smaller, range(added.shape[1]), new)] = less[smaller]
+        added[np.ix_(smaller, np.arange(added.shape[1]), new)] = less[smaller]
         more = largest_deviation(wide, added).max(axis=1, initial=0.0)
     worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
     at = np.flatnonzero(reactions.known & (more > worth))
@@ -211,14 +210,8 @@ def truncation(
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
-@lru_cache(maxsize=64)
-def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
-    """Places of a set's orders above 0 among the coefficients of a wider one."""
-    return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
-
-
 def _among_further(
-    balance: Balance, responses: Sequence[Any], point: int, count: int, columns: Sequence[int]
+    balance: Balance, responses: Sequence[Any], point: int, count: int, columns: IntArray
 ) -> list[tuple[Array, PortPair]]:
     """Derivatives (n, k, k) of some coefficients of the forces by the same of the motion, at a point, by port pair."""
     return [
@@ -229,7 +222,7 @@ def _among_further(
     ]
 
 
-def _among(added: Array, new: Sequence[int], other: Array) -> Array:
+def _among(added: Array, new: IntArray, other: Array) -> Array:
     """A copy with other coefficients of the further orders."""
     out = added.copy()
     out[..., new] = other

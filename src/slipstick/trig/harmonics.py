@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import islice
 from typing import Any
 
@@ -102,6 +102,14 @@ class Harmonics:
             return 0
         return 2 * self.orders.index(order) - (known == "c")
 
+    def columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
+        """Positions of the coefficients of some orders, each cosine before its sine; InputError as ``index``.
+
+        >>> Harmonics([0, 1, 3]).columns([0, 3])
+        array([0, 3, 4])
+        """
+        return _columns(self, tuple(orders))
+
     def H_minus(self, tau: Reals) -> Array:
         """``{1, cos m_1 tau, sin m_1 tau, ...}``, shape (..., L) [THEORY.md (1.3)]."""
         tau = _floats("tau", tau)
@@ -135,6 +143,13 @@ class Harmonics:
 
     def __repr__(self) -> str:
         return f"Harmonics({list(self.orders)})"
+
+
+@lru_cache(maxsize=256)
+def _columns(harmonics: Harmonics, orders: tuple[int, ...]) -> NDArray[np.intp]:
+    columns = np.array([harmonics.index(m, part) for m in orders for part in ("cs" if m else "c")], dtype=np.intp)
+    columns.flags.writeable = False  # it is given to every caller
+    return columns
 
 
 def _orders(orders: Any) -> tuple[int, ...]:

@@ -24,7 +24,8 @@ def summed(omega: float) -> np.ndarray:
     """Conjugates of ``A`` and its derivative, row by row."""
     out = np.full((2, 2, 3, 4), 7.0 + 0j)
     for row, left in enumerate(LEFT):
-        modal_sums(STATIC, left * RIGHT, np.arange(2)[:, None], row, STIFFNESS, DAMPING, REST, ORDERS, ORDERS * omega, out)
+        places = np.arange(2)[:, None]
+        modal_sums(STATIC, left * RIGHT, places, row, STIFFNESS, DAMPING, REST, ORDERS, ORDERS * omega, out)
     return out
 
 

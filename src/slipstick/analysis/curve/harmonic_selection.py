@@ -244,6 +244,6 @@ class _AtPoint(Adapted):
         b = self.level.balance
         X = self._some.reshape(1, b.n_ports, b.L)
         dropped = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._levels[number].balance.harmonics.orders))])
-        at = [0, *(b.harmonics.index(m, part) for m in dropped.orders[1:] for part in ("c", "s"))]
+        at = b.harmonics.columns(dropped.orders)
         size = largest_deviation(b.harmonics, X).max(initial=0.0)
         return float(largest_deviation(dropped, X[..., at]).max(initial=0.0) / size) if size > 0 else 0.0

@@ -239,7 +239,7 @@ def _response(
     wide, h, has = motion.harmonics, balance.harmonics, contacts.normal >= 0
     loads = balance.problem.load_columns.forces(detail.inputs.P, h.orders[1:], detail.omega)
     P = np.zeros((len(loads), wide.size))
-    P[:, [0, *(wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]] = loads
+    P[:, wide.columns(h.orders)] = loads
     order = np.concatenate([contacts.tangential, contacts.normal[has], law_ports])
     forces = np.concatenate([motion.force[0], motion.force[1][has], motion.law_force])
     f = d.loads @ P - d.columns[:, order] @ forces

@@ -6,7 +6,7 @@ smoother, and the times at which contacts change their states become accurate.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -84,7 +84,7 @@ class Iteration:
     def __init__(self, balance: Balance) -> None:
         self._balance, h = balance, balance.harmonics
         self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
-        self._own_columns = self._columns(h.orders)
+        self._own_columns = self.wide.columns(h.orders)
         self._orders: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
         self._rubbing: tuple[Inputs, list[Array]] | None = None
         self.can_many = forces_together(balance) and [is_friction(b.law) for b in balance.batches] == [True]
@@ -196,13 +196,8 @@ class Iteration:
         key = in_use.tobytes()
         if key not in self._orders:
             orders = sorted(set(self.wide.orders) - {0, *h.m[in_use].tolist()})
-            self._orders[key] = np.array(orders, dtype=float), self._columns(orders)[1:]
+            self._orders[key] = np.array(orders, dtype=float), self.wide.columns(orders)
         return self._orders[key]
-
-    def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
-        """Places of the coefficients of some orders, 0 the first of them."""
-        above = (m for m in orders if m)
-        return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
 
     def _widened(self, coefficients: Array) -> Array:
         out = np.zeros((len(coefficients), self.wide.size))

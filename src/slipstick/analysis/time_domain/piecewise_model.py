@@ -127,7 +127,7 @@ def system_of(
     law_motion = np.zeros((0, harmonics.size)) if law_motion is None else law_motion
     moving = np.abs(np.vstack([rubbing, approach, loads, law_motion])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(harmonics.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
-    kept = [0, *(i for m in orders for i in (harmonics.index(m, "c"), harmonics.index(m, "s")))]
+    kept = harmonics.columns((0, *orders))
     laws = LawsInTime(()) if laws is None else laws
     if laws.switching:
         laws = laws.sized(_typical_motion(equations, laws, loads, law_motion))

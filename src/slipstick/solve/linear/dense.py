@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
 from slipstick.solve.linear.jacobian import OF_CORRECTIONS, Bordered, Jacobian
@@ -107,6 +107,7 @@ class _Factorised(Jacobian):
 
     __slots__ = ("_lu", "_near", "_sign", "borders")
 
+    borders: int
     _lu: Factors | None
     _near: Factors | None
     """Factors of a neighbouring Jacobian, by which solutions are refined."""

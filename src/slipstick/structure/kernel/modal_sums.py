@@ -10,15 +10,15 @@ from slipstick.typing import Array, ComplexArray, IntArray
 
 @compiled(allocates=True, nogil=True)
 def modal_sums(
-    static: Array, products: Array, places: IntArray, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
-    orders: Array, w: Array, out: ComplexArray,
+    static: Array, products: Array, places: IntArray, first: int, stiffness: ComplexArray, damping: ComplexArray,
+    left_out: ComplexArray, orders: Array, w: Array, out: ComplexArray,
 ) -> None:  # fmt: skip
     """Write ``conj(A)`` at ``w`` (k,) and its derivative by omega into ``out`` (2, n_columns, n_rows, 1 + k).
 
     The first place of the last axis is that of ``static`` (n_rows, n_columns). ``products`` (any, n_modes) are those of
-    columns and rows; ``places`` (n_columns, any) says which one is that of a column and a row, from ``first`` on. ``w`` grows with omega as ``orders`` (k,) say.
-    ``left_out`` holds the residual and the second residual, (2, n_rows, n_columns), complex; ``damping`` is ``i`` times
-    the viscous one.
+    columns and rows; ``places`` (n_columns, any) says which one is that of a column and a row, from row ``first`` on.
+    ``w`` grows with omega as ``orders`` (k,) say. ``left_out`` holds the residual and the second residual, (2, n_rows,
+    n_columns), complex; ``damping`` is ``i`` times the viscous one.
     """
     n, modes, columns = w.size, stiffness.size, out.shape[1]
     weights = np.empty((modes, 4 * n))
