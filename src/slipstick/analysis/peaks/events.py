@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -125,32 +124,47 @@ class Largest:
         return slopes, np.where(falls, bound, 0.0).max(axis=0)
 
 
+class _Latest:
+    """Values at the latest steps."""
+
+    def __init__(self) -> None:
+        self._values: dict[int, tuple[Step, Array]] = {}
+
+    def known(self, step: Step) -> Array | None:
+        """The value at a step, if it is kept."""
+        found = self._values.get(id(step))
+        return None if found is None else found[1]
+
+    def keep(self, step: Step, value: Array) -> None:
+        """Keep the value at a step, and the step, so that no other one has its identity."""
+        if len(self._values) >= _CACHED:
+            self._values.clear()
+        self._values[id(step)] = step, value
+
+
 class _Slopes:
     """Derivatives of amplitudes along the branch; the latest are cached, for each output evaluates its own event."""
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
         self._along: tuple[HermiteSegment | None, Array] = (None, np.empty(0))
-        self._at: deque[tuple[Step, Array]] = deque(maxlen=_CACHED)
-        self._heights: deque[tuple[Step, Array]] = deque(maxlen=_CACHED)
+        self._at, self._heights = _Latest(), _Latest()
 
     def at(self, step: Step) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
-        for cached, slopes in self._at:
-            if cached is step:
-                return slopes
-        slopes = self._slopes(*self._outputs.motion_along(step, self._system), SLOPE_NOISE, step)
-        self._at.append((step, slopes))
+        slopes = self._at.known(step)
+        if slopes is None:
+            slopes = self._slopes(*self._outputs.motion_along(step, self._system), SLOPE_NOISE, step)
+            self._at.keep(step, slopes)
         return slopes
 
     def heights(self, step: Step) -> Array:
         """Amplitudes (n_outputs,) at a step."""
-        for cached, heights in self._heights:
-            if cached is step:
-                return heights
-        motion, _ = self._outputs.motion_along(step, self._system)
-        heights = amplitude(self._outputs.balance.harmonics, motion).value
-        self._heights.append((step, heights))
+        heights = self._heights.known(step)
+        if heights is None:
+            motion, _ = self._outputs.motion_along(step, self._system)
+            heights = amplitude(self._outputs.balance.harmonics, motion).value
+            self._heights.keep(step, heights)
         return heights
 
     def heights_along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
