@@ -185,7 +185,8 @@ def _run(
 ) -> tuple[ContactForces, tuple[IntArray, Array, IntArray]]:
     kernel, count, L = _kernel(), len(placed.values), harmonics.size
     tables = kernel.grid(harmonics)
-    vectors, matrices, scalars = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    computed = 0 if states else count
+    vectors, matrices, scalars = np.empty((computed, 7, L)), np.empty((computed, 3, L, L)), np.empty((computed, 6))
     motion, parameters = np.empty((count, 2, L)), np.empty((count, 5))
     intervals = _interval_arrays(count, kernel.most_intervals(tables.top)) if states else kernel.no_intervals
     outputs = (vectors, matrices, scalars, motion, parameters, on_ports)

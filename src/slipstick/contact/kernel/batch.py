@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.contact.kernel.element import evaluate
+from slipstick.contact.kernel.element import evaluate, states_alone
 from slipstick.contact.kernel.tuples import (
     V_DV,
     V_FX,
@@ -98,13 +98,15 @@ def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, 
     k = workspace(grid)
     for e in range(first, last):
         place(e, placed, out)
-        total = evaluate(
-            ElementInputs(out.motion[e, 0], out.motion[e, 1], out.parameters[e]), grid, k,
-            ElementOutputs(out.vectors[e], out.matrices[e], out.scalars[e]),
-        )  # fmt: skip
+        inputs = ElementInputs(out.motion[e, 0], out.motion[e, 1], out.parameters[e])
+        if len(out.vectors):
+            total = evaluate(inputs, grid, k, ElementOutputs(out.vectors[e], out.matrices[e], out.scalars[e]))
+        else:
+            total = states_alone(inputs, grid, k)
         if total == FULL:
             return e
-        put_on_ports(e, placed, out)
+        if len(out.vectors):
+            put_on_ports(e, placed, out)
         if kept.totals.size:
             kept.totals[e] = total
             at, code = k.intervals.at, k.intervals.code

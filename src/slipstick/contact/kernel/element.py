@@ -146,6 +146,15 @@ def finite(inputs: ElementInputs) -> bool:
 
 
 @inlined
+def states_alone(inputs: ElementInputs, grid: Grid, k: Workspace) -> int:
+    """Number of intervals of one element, which ``k.intervals`` holds then; as ``evaluate`` returns it."""
+    if not finite(inputs):
+        return 0
+    total, _ = find_states(inputs, grid, k)
+    return total
+
+
+@inlined
 def evaluate(inputs: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
     """Forces, tangents and sensitivities of one element; returns the number of its intervals, or ``FULL`` where they
     cannot be found. Inputs that are nan or infinite give nan, and no intervals.
