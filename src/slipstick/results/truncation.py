@@ -45,7 +45,7 @@ _MANY = 1000
 WARNED_TRUNCATION = 1e-2
 """Truncation error from which results carry a warning."""
 _STIFF = 1e-3
-"""Relative motion from which the contacts' stiffness in the further orders counts, a linear system at each point: motion
+"""Relative motion from which the contacts' stiffness in the further orders counts, a linear system at each point: that
 of these orders alone, or with the reaction of the set, which may be a hundred times as large. It counts where it makes
 the motion of these orders smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
 _LARGEST_SYSTEM = 1000
@@ -180,7 +180,7 @@ def truncation(
         parts = [moved(one, orders, _loaded(balance, F), omega, structures) for one in receptances]
         return np.concatenate(parts, axis=1)[..., 1:]
 
-    def held(points: IntArray) -> None:
+    def hold(points: IntArray) -> None:
         """Let the contacts' stiffness hold the further orders at points, where they move less by it."""
         for p in points.tolist():
             stiffness = _among_further(balance, responses, p, n, wide.columns(further.orders))
@@ -213,12 +213,12 @@ def truncation(
     worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
     reacts = reactions.known & (more > worth)
     if stiff.any():
-        held(np.flatnonzero(stiff))
+        hold(np.flatnonzero(stiff))
     if (at := np.flatnonzero(reacts)).size:
         whole = more.copy()
         whole[at] = reacting(at)
         if (again := np.flatnonzero(small & reacts & ~stiff & (whole > _STIFF * largest))).size:
-            held(again)
+            hold(again)
             whole[again] = reacting(again)
         more = whole
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
