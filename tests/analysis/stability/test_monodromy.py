@@ -7,6 +7,7 @@ from helpers.oscillator import damper, one_mass, oscillator
 from helpers.stability import chain, contact_motion, point_at, two_dofs
 
 import slipstick as ss
+from slipstick.analysis.stability.monodromy import multipliers_of, multipliers_of_each
 
 OSCILLATOR = [
     (0.0, 10.5, [0.57832, 0.05295], 6e-5),
@@ -71,3 +72,20 @@ def test_static_modes_change_the_leading_multipliers_little() -> None:
     some, every = (point_at(problem, 3.1, stability=asked).stability for asked in (True, "full"))
     assert some.multipliers.size < every.multipliers.size
     assert np.abs(some.multipliers[:6] - every.multipliers[:6]).max() < 1e-3
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 5, 12])
+def test_multipliers_are_all_eigenvalues_the_largest_first(size: int) -> None:
+    matrix = np.random.default_rng(size).standard_normal((size, size))
+    found = multipliers_of(matrix)
+    assert found.dtype == complex
+    assert np.all(np.diff(np.abs(found)) <= 1e-12)
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(np.linalg.eigvals(matrix)), atol=1e-12)
+    (together,) = multipliers_of_each([matrix])
+    np.testing.assert_allclose(together, found, atol=1e-12)
+
+
+def test_a_map_that_is_not_finite_has_no_multipliers() -> None:
+    for entry in (np.nan, np.inf):
+        with pytest.raises(np.linalg.LinAlgError, match="not finite"):
+            multipliers_of(np.array([[1.0, entry], [0.0, 1.0]]))

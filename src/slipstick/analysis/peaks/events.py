@@ -138,7 +138,7 @@ class _Latest:
     def keep(self, step: Step, value: Array) -> None:
         """Keep the value at a step, and the step, so that no other one has its identity."""
         if len(self._values) >= _CACHED:
-            self._values.clear()
+            del self._values[next(iter(self._values))]  # the oldest
         self._values[id(step)] = step, value
 
 

@@ -70,6 +70,8 @@ class Monodromy:
 
 def multipliers_of(matrix: Array) -> ComplexArray:
     """Eigenvalues (k,) of a map of disturbances over one period, the largest first; LinAlgError if not finite."""
+    if not matrix.size:
+        return np.zeros(0, dtype=complex)
     if not isfinite(matrix.sum()):
         raise np.linalg.LinAlgError("the map of disturbances is not finite")
     real, imaginary, *_, failed = dgeev(matrix, compute_vl=0, compute_vr=0)  # a fifth of the time of numpy's
