@@ -24,6 +24,7 @@ import numpy as np
 from slipstick.contact.law import Law, Motion, Response, add_to
 from slipstick.contact.power import Power
 from slipstick.errors import Fault
+from slipstick.solve.linear.dense import solution
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 from slipstick.units import Units
@@ -256,7 +257,10 @@ class Carried:
         """``(r_z + r_P P_z)^-1`` times something (n, ...)."""
         _, by_state, by_power = self.rate
         matrix = _square(by_state) + _square(by_power) * self.power_by_value
-        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+        solved = solution(matrix, right)
+        if solved is None:
+            raise np.linalg.LinAlgError("singular matrix")
+        return solved
 
     @cached_property
     def gain(self) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
-from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,16 +31,16 @@ _SEED = 1
 
 
 def solution(matrix: Array, right: Array) -> Array | None:
-    """Solution of a small system for right (n,) or (n, k); None where it is singular, or the solution not finite.
+    """Solution of a small system for right (n,) or (n, k); None where it is exactly singular.
 
-    For 16 unknowns in a third of the time of ``numpy.linalg.solve``.
+    For 16 unknowns in half the time of ``numpy.linalg.solve``.
 
     >>> solution(np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([2.0, 2.0])), solution(np.zeros((1, 1)), np.ones(1))
     (array([1. , 0.5]), None)
     """
     x: Array
     _, _, x, zero = dgesv(matrix, right)
-    return x if zero == 0 and isfinite(x.sum()) else None
+    return None if zero else x
 
 
 class Factors:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -308,7 +309,7 @@ def _damped_newton(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance:
     G, J = T - T0 - R @ power, one - R * slope
     step = solution(J, -G)
     for _ in range(40):
-        if step is None:
+        if step is None or not isfinite(step.sum()):
             return None
         if (np.abs(step) <= tolerance * size).all():
             return T if hold or is_stable(R, slope) else None
