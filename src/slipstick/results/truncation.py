@@ -45,9 +45,9 @@ _MANY = 1000
 WARNED_TRUNCATION = 1e-2
 """Truncation error from which results carry a warning."""
 _STIFF = 1e-3
-"""Relative motion from which the contacts' stiffness in the further orders counts, a linear system at each point: that
-of these orders alone, or with the reaction of the set, which may be a hundred times as large. It counts where it makes
-the motion of these orders smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
+"""Relative motion of the further orders from which the contacts' stiffness in these orders counts: a linear system at
+each point, before the reaction of the set may multiply that motion by a hundred. It counts where it makes the motion
+smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
 _LARGEST_SYSTEM = 1000
 """Unknowns of that system up to which it is solved, 20 ms each; beyond, stiff contacts make the estimate too large."""
 
@@ -180,47 +180,33 @@ def truncation(
         parts = [moved(one, orders, _loaded(balance, F), omega, structures) for one in receptances]
         return np.concatenate(parts, axis=1)[..., 1:]
 
-    def hold(points: IntArray) -> None:
-        """Let the contacts' stiffness hold the further orders at points, where they move less by it."""
-        for p in points.tolist():
-            stiffness = _among_further(balance, responses, p, n, wide.columns(further.orders))
-            value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
-            force[p][:, new] += _held(balance, stiffness, value, added[p, : balance.n_ports, new].T)
-        less = answered(force[..., new])
-        moving = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0)
-        smaller = points[moving[points] < more[points]]
-        added[np.ix_(smaller, np.arange(added.shape[1]), new)] = less[smaller]
-        more[smaller] = moving[smaller]
-
-    def reacting(points: IntArray) -> Array:
-        """Largest deviations at points with the reaction of the set."""
-        pairs = zip(balance.batches, responses, strict=True)
-        tangents = [_coupling(batch, response.by_motion, points, n) for batch, response in pairs]
-        change, where = added[points], (omega[points], [structures[i] for i in points])
-        right = _answered(balance, _changes(balance, tangents, change)[..., kept], *where)
-        answers = reactions.answers(points, right)
-        change[:, : balance.n_ports, kept] = -np.reshape(answers, (len(points), balance.n_ports, -1))
-        if outputs.receptance is not None:
-            G = _loaded(balance, _changes(balance, tangents, change)[..., kept])
-            change[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
-        return largest_deviation(wide, change).max(axis=1, initial=0.0)
-
     added = np.zeros((n, sum(one.static.shape[0] for one in receptances), wide.size))
     added[..., new] = answered(force[..., new])
     largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
     small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
-    stiff = small & (more > _STIFF * largest)
+    stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
+    for p in stiff.tolist():
+        stiffness = _among_further(balance, responses, p, n, wide.columns(further.orders))
+        value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
+        force[p][:, new] += _held(balance, stiffness, value, added[p, : balance.n_ports, new].T)
+    if stiff.size:
+        less = answered(force[..., new])
+        smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
+        added[np.ix_(smaller, np.arange(added.shape[1]), new)] = less[smaller]
+        more = largest_deviation(wide, added).max(axis=1, initial=0.0)
     worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
-    reacts = reactions.known & (more > worth)
-    if stiff.any():
-        hold(np.flatnonzero(stiff))
-    if (at := np.flatnonzero(reacts)).size:
-        whole = more.copy()
-        whole[at] = reacting(at)
-        if (again := np.flatnonzero(small & reacts & ~stiff & (whole > _STIFF * largest))).size:
-            hold(again)
-            whole[again] = reacting(again)
-        more = whole
+    at = np.flatnonzero(reactions.known & (more > worth))
+    if at.size:
+        pairs = zip(balance.batches, responses, strict=True)
+        tangents = [_coupling(batch, response.by_motion, at, n) for batch, response in pairs]
+        change, where = added[at], (omega[at], [structures[i] for i in at])
+        right = _answered(balance, _changes(balance, tangents, change)[..., kept], *where)
+        answers = reactions.answers(at, right)
+        change[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
+        if outputs.receptance is not None:
+            G = _loaded(balance, _changes(balance, tangents, change)[..., kept])
+            change[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
+        more[at] = largest_deviation(wide, change).max(axis=1, initial=0.0)
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 

@@ -86,6 +86,7 @@ class FilledFactors(Factors):
 
     def solve(self, right: Array, transposed: bool = False) -> Array:
         """Solution for right (N,) or (N, k), or with the transpose."""
+        right = np.asarray(right, dtype=float)
         x, inner, others = np.empty(right.shape), right[self._filled], right[self._others]
         first = len(inner) - len(self._borders)
         if transposed:
