@@ -367,7 +367,7 @@ def started(path: Path, out: Path) -> subprocess.Popen[str]:
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heard)
     file, end = out / "results.nc.journal", time.monotonic() + 600
     while time.monotonic() < end and child.poll() is None:
-        if file.exists() and file.stat().st_size > 20_000:
+        if file.exists() and file.stat().st_size > 60_000:  # some thirty points
             return child
         time.sleep(0.02)
     child.kill()
