@@ -24,7 +24,7 @@ from slipstick.results.schema import Layout, law_variables, layout_of, state_nam
 from slipstick.results.stability import PointStability, Unjudged, is_wave, judged, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import EachReaction, Reaction, Reactions, Structures, moved, truncation
-from slipstick.solve.continuation import Step
+from slipstick.solve.continuation import LatestSteps, Step
 from slipstick.typing import AnyArray, Array, IntArray, Matrix
 
 _REMEMBERED = 8
@@ -135,7 +135,7 @@ class Outputs:
         """Which of them are no contact ports."""
         wanted = balance.problem.direction_matrix({names[i]: 1.0} for i in self.far)
         self.receptance = balance.rows_to(wanted) if self.far else None
-        self._known: list[tuple[Step, tuple[Array, Array]]] = []
+        self._latest = LatestSteps[tuple[Array, Array]](_REMEMBERED)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -168,11 +168,10 @@ class Outputs:
 
         Those of the last steps are remembered.
         """
-        for known, motion in self._known:
-            if known is step:
-                return motion
-        motion = self._motion_along(step, system)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, motion)]
+        motion = self._latest.known(step)
+        if motion is None:
+            motion = self._motion_along(step, system)
+            self._latest.keep(step, motion)
         return motion
 
     def _motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.postprocessing import Postprocessing
 from slipstick.results.record import Outputs
 from slipstick.results.schema import LARGEST
-from slipstick.solve.continuation import Step
+from slipstick.solve.continuation import LatestSteps, Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
@@ -124,31 +124,13 @@ class Largest:
         return slopes, np.where(falls, bound, 0.0).max(axis=0)
 
 
-class _Latest:
-    """Values at the latest steps."""
-
-    def __init__(self) -> None:
-        self._values: dict[int, tuple[Step, Array]] = {}
-
-    def known(self, step: Step) -> Array | None:
-        """The value at a step, if it is kept."""
-        found = self._values.get(id(step))
-        return None if found is None else found[1]
-
-    def keep(self, step: Step, value: Array) -> None:
-        """Keep the value at a step, and the step, so that no other one has its identity."""
-        if len(self._values) >= _CACHED:
-            del self._values[next(iter(self._values))]  # the oldest
-        self._values[id(step)] = step, value
-
-
 class _Slopes:
     """Derivatives of amplitudes along the branch; the latest are cached, for each output evaluates its own event."""
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
         self._along: tuple[HermiteSegment | None, Array] = (None, np.empty(0))
-        self._at, self._heights = _Latest(), _Latest()
+        self._at, self._heights = LatestSteps[Array](_CACHED), LatestSteps[Array](_CACHED)
 
     def at(self, step: Step) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""

@@ -30,7 +30,7 @@ from slipstick.results.stability import (
     PointStability,
     Unjudged,
 )
-from slipstick.solve.continuation import Step
+from slipstick.solve.continuation import LatestSteps, Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.typing import Array, ComplexArray
@@ -59,7 +59,7 @@ class SpecialPoints:
         self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS and not switching
         """Whether interpolated points are judged too."""
         self._of_wave = watch.balance.receptance.waves is not None
-        self._recent: list[tuple[Step, PointStability]] = []
+        self._recent = LatestSteps[PointStability](_STORED_STEPS)
         self._last: tuple[StateOrder, float] | None = None
 
     @property
@@ -105,16 +105,15 @@ class SpecialPoints:
 
     def at(self, step: Step) -> PointStability:
         """Stability of a step."""
-        for known, stability in self._recent:
-            if known is step:
-                return stability
+        if (known := self._recent.known(step)) is not None:
+            return known
         odd, error = None, None
         if step.place is not None:
             error = self._error(step)
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
         stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
-        self._recent = [*self._recent[1 - _STORED_STEPS :], (step, stability)]
+        self._recent.keep(step, stability)
         return stability
 
     def _alone(self, step: Step, error: float) -> PointStability:

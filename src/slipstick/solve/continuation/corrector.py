@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import replace
 from math import inf, isfinite
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from slipstick.solve.continuation.metric import Marks, Metric, Scalars, angle_of
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, System, iterate
 from slipstick.typing import Array
+
+T = TypeVar("T")
 
 _NOT_SOLVED = NewtonResult(np.empty(0))
 
@@ -175,6 +177,25 @@ class Step:
 
     def __repr__(self) -> str:
         return f"Step({self.kind}{' ' + self.name if self.name else ''} at {self.parameter:.6g})"
+
+
+class LatestSteps(Generic[T]):
+    """Values at the ``most`` latest steps."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._values: dict[int, tuple[Step, T]] = {}
+
+    def known(self, step: Step) -> T | None:
+        """The value at a step, if it is kept."""
+        found = self._values.get(id(step))
+        return None if found is None or found[0] is not step else found[1]
+
+    def keep(self, step: Step, value: T) -> None:
+        """Keep the value at a step in the place of the oldest, and the step, whose identity no other one has then."""
+        if len(self._values) >= self._most:
+            del self._values[next(iter(self._values))]
+        self._values[id(step)] = step, value
 
 
 _NEAR = 0.5

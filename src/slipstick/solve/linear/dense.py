@@ -128,7 +128,7 @@ class _Factorised(Jacobian):
             if filled is None or self.size < _FILLED_FROM or np.count_nonzero(filled) > _MOST_FILLED * self.size:
                 self._lu = Factors(entries)
             else:
-                filled[min(self.size - self.borders, self.size - 1) :] = True  # LAPACK takes no empty matrix
+                filled[self.size - max(1, self.borders) :] = True  # LAPACK takes no empty matrix
                 self._lu = FilledFactors(entries, filled, self.borders)
         return self._lu
 
