@@ -15,12 +15,18 @@ import pytest
 import xarray
 from helpers.cases import oscillator
 from helpers.command import slipstick
+from typer.main import get_command
 from typer.testing import Result
 
 from slipstick import __main__
 from slipstick.balance.kernel.compilation import compile_all
+from slipstick.case import RENAMED
+from slipstick.case.sections import REQUESTS as TABLES
+from slipstick.cli import main
 from slipstick.cli.examples import examples
 from slipstick.cli.main import app
+from slipstick.cli.names import OF_TABLES, VERBS
+from slipstick.cli.verbs.requests import OLD_NAMES, REQUESTS
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
@@ -597,12 +603,40 @@ def test_help_is_fast_because_nothing_heavy_is_imported() -> None:
 
 def test_help_shows_every_word_of_the_verbs() -> None:
     """What looks like markup, such as a table's name in square brackets, would vanish from the terminal."""
-    for command in app.registered_commands:
-        callback = command.callback
-        assert callback is not None
-        shown = " ".join(slipstick(command.name or callback.__name__, "--help").stdout.split())
-        sentence = " ".join((callback.__doc__ or "").split("\n\n")[0].split())
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    assert len(commands) > 15
+    for name, command in commands.items():
+        shown = " ".join(slipstick(name, "--help").stdout.split())
+        sentence = " ".join(command.callback.__doc__.split("\n\n")[0].split())
+        assert sentence
         assert sentence in shown
+
+
+def test_every_verb_has_a_name_and_every_name_a_verb() -> None:
+    files = {path.stem for path in (Path(main.__file__).parent / "verbs").glob("[a-z]*.py")}
+    names = [name for group in VERBS.values() for name in group]
+    assert len(names) == len(set(names))
+    assert set(names) == files - {"requests"} | set(OF_TABLES)
+    assert tuple(REQUESTS) == OF_TABLES
+    assert REQUESTS.keys() <= TABLES.keys()
+    assert OLD_NAMES.keys() == RENAMED.keys()
+
+
+@pytest.mark.parametrize("words", [["--version"], ["info", "--help"]])
+def test_a_call_imports_its_own_verb_alone(words: list[str]) -> None:
+    code = (
+        "import sys\nfrom slipstick.cli.main import app\n"
+        f"try:\n    app({words})\nexcept SystemExit:\n    pass\nprint(*sys.modules)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    verbs = {name for name in found.stdout.splitlines()[-1].split() if name.startswith("slipstick.cli.verbs.")}
+    assert verbs == ({"slipstick.cli.verbs.info"} if "info" in words else set())
+
+
+def test_a_misspelt_verb_is_answered_with_those_like_it() -> None:
+    result = slipstick("limit-cycle")
+    assert result.exit_code == 2
+    assert "Did you mean 'limit-cycles'" in told(result)
 
 
 def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.MonkeyPatch) -> None:

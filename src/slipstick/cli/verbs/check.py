@@ -18,10 +18,11 @@ from slipstick.balance.contact_words import (
     speed_words,
     velocities_of,
 )
+from slipstick.cli.names import command_name
 from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, prepare_kernel, say, warn_user, warnings_said
-from slipstick.cli.verb import command_name, verb
+from slipstick.cli.verb import verb
 from slipstick.html import dofs_words, some
 from slipstick.units import after_number, power_unit
 

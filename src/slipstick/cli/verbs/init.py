@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 
 from slipstick.cli.examples import Example, example, examples
+from slipstick.cli.names import OF_TABLES, command_name
 from slipstick.cli.options import example_names
 from slipstick.cli.terminal.guard import say
-from slipstick.cli.verb import command_name, verb
+from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 from slipstick.replacing import make_folder, writing
 
@@ -81,10 +82,8 @@ def _verb_of(case: Example) -> str:
     """The verb that an example case is for: that of its own table, else ``run``."""
     import tomllib
 
-    from slipstick.cli.verbs.requests import REQUESTS
-
     tables = tomllib.loads(case.path.read_text(encoding="utf-8"))
-    return next((command_name(name) for name in (*REQUESTS, "run_up", "study") if name in tables), "run")
+    return next((command_name(name) for name in (*OF_TABLES, "run_up", "study") if name in tables), "run")
 
 
 def _script(path: Path, text: str) -> tuple[str, bytes]:

@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from slipstick.case import RENAMED
+from slipstick.cli.names import command_name
 from slipstick.cli.options import CasePath, Force, Quiet, Report, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import warn_user
-from slipstick.cli.verb import command_name, verb
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import run_case
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from slipstick.cli.names import command_name
 from slipstick.cli.options import (
     PLAIN,
     CasePath,
@@ -35,7 +36,7 @@ from slipstick.cli.terminal.guard import (
     warn_user,
     warnings_said,
 )
-from slipstick.cli.verb import command_name, verb
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
 from slipstick.errors import InputError, reason_of
 from slipstick.runs.failures import fault_sentence
