@@ -94,7 +94,7 @@ def test_run_loads_nothing_that_it_does_not_need(tmp_path: Path) -> None:
         "    try:\n        app(words)\n    except SystemExit as ended:\n        assert not ended.code\n"
         "    print(*sys.modules)"
     )
-    late = {"xarray", "pandas", "matplotlib", "dask", "h5netcdf", "slipstick.fem.mesh"}
+    late = {"xarray", "pandas", "matplotlib", "dask", "h5netcdf", "slipstick.fem.mesh", "scipy.optimize"}
     late |= {"slipstick.importers.matrix_model"}
     unasked = {
         "slipstick.analysis.stability.floquet",

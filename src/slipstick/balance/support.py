@@ -122,10 +122,10 @@ def pressing_warnings(problem: Problem) -> Iterator[str]:
 
     In a periodic motion the mean forces along a rigid-body motion are in balance. A normal force is never negative.
     """
-    from scipy.optimize import nnls
-
     if problem.support is None:
         return
+    from scipy.optimize import nnls  # its import takes a tenth of a run
+
     structure: Any = problem.structure
     R, forces = structure.rigid_motions, _static_loads(problem)
     motions = np.asarray(dense(problem.direction_matrix(problem.port_directions)), dtype=float).T @ R
