@@ -112,16 +112,10 @@ def amplitude_with_slope(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Arr
     """
     if harmonics.n == 0:
         return np.zeros(X.shape[:-1]), np.zeros(X.shape[:-1])
-    shape, X, dX = X.shape[:-1], X.reshape(-1, harmonics.size), dX.reshape(-1, harmonics.size)
-    value, change = np.empty(len(X)), np.empty(len(X))
-    for rows, of_form in _forms(X):
-        if of_form is _of_several:
-            from slipstick.trig.extremes import largest_with_changes
+    from slipstick.trig.extremes import largest_with_changes
 
-            value[rows], change[rows] = largest_with_changes(harmonics, X[rows], dX[rows])
-        else:
-            value[rows], time = of_form(harmonics, X[rows])
-            change[rows] = (harmonics.H_minus(time)[:, 1:] * dX[rows][:, 1:]).sum(axis=1)
+    shape = X.shape[:-1]
+    value, change = largest_with_changes(harmonics, X.reshape(-1, harmonics.size), dX.reshape(-1, harmonics.size))
     return np.abs(value).reshape(shape), np.copysign(change, value * change).reshape(shape)
 
 

@@ -44,7 +44,7 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
     """Signed largest deviation of each row of ``X`` (k, L), its time, and its change with ``dX`` (k, L) or (0, L).
 
     They are written into ``out`` (3, k): a new array is handed to Python only after microseconds. ``tables`` is a plain
-    tuple of the fields of ``Grid``, whose type numba knows at once.
+    tuple of the fields of ``Grid``, whose type numba knows at once. Rows that move with one harmonic are in closed form.
     """
     grid = Grid(*tables)
     orders, cos, sin = grid.orders, grid.cos, grid.sin
@@ -54,23 +54,29 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
     pc, ps = np.zeros(orders.size), np.zeros(orders.size)
     c, s, v = np.empty(orders.size), np.empty(orders.size), np.empty(cells)
     for r in range(rows):
-        margin, top = 0.0, 0.0
+        margin, top, moving, only = 0.0, 0.0, 0, 0
         value[r], time[r], change[r] = 0.0, 0.0, 0.0
-        v[:] = 0.0
         for j in range(grid.n):
             pc[j], ps[j] = X[r, 2 * j + 1], X[r, 2 * j + 2]
             margin += orders[j] * orders[j] * (abs(pc[j]) + abs(ps[j]))
+            if pc[j] != 0.0 or ps[j] != 0.0:
+                moving, only = moving + 1, j
+        if moving <= 1:
+            value[r], time[r] = np.hypot(pc[only], ps[only]), np.arctan2(ps[only], pc[only]) / orders[only]
+        else:
+            v[:] = 0.0
+            for j in range(grid.n):
+                for i in range(cells):
+                    v[i] += pc[j] * cos[j, i] + ps[j] * sin[j, i]
             for i in range(cells):
-                v[i] += pc[j] * cos[j, i] + ps[j] * sin[j, i]
-        for i in range(cells):
-            top = max(top, abs(v[i]))
-        least = top - 0.125 * step * step * margin
-        for i in range(cells):
-            here, before, after = abs(v[i]), abs(v[i - 1]), abs(v[i + 1 if i + 1 < cells else 0])
-            if here >= least and here >= before and here >= after:
-                t, extreme = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
-                if abs(extreme) >= abs(value[r]):
-                    value[r], time[r] = extreme, t
+                top = max(top, abs(v[i]))
+            least = top - 0.125 * step * step * margin
+            for i in range(cells):
+                here, before, after = abs(v[i]), abs(v[i - 1]), abs(v[i + 1 if i + 1 < cells else 0])
+                if here >= least and here >= before and here >= after:
+                    t, extreme = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
+                    if abs(extreme) >= abs(value[r]):
+                        value[r], time[r] = extreme, t
         if len(dX):
             basis(time[r], grid, c, s)
             for j in range(grid.n):
