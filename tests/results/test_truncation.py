@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,12 @@ import slipstick as ss
 from slipstick.balance.balance import Balance
 from slipstick.balance.base_motion import BaseReceptance
 from slipstick.balance.evaluation import FrequencySystem
+from slipstick.balance.inputs import Assigned
 from slipstick.branch import Branch
 from slipstick.io.loading import load
 from slipstick.results import truncation as truncation_module
-from slipstick.results.record import Point, Recorder
-from slipstick.results.truncation import moved, truncation_sentence, with_further
+from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.truncation import EachReaction, Reaction, moved, truncation_sentence, with_further
 from slipstick.solve.newton import newton
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.verify.oscillator_checks import oscillator
@@ -56,9 +58,12 @@ def test_estimate_is_near_what_more_harmonics_change(velocity: float, orders: li
     assert np.all(estimate[acts] < 3.0 * true[acts])
 
 
-def random_case(seed: int, harmonics: range) -> tuple[ss.Problem, float]:
-    """A chain with one or two contacts, rubbed or not, opening or not, some stiff; and a frequency near a mode."""
-    rng = np.random.default_rng(seed)
+def random_case(seed: int, harmonics: Iterable[int], stiff: bool = False) -> tuple[ss.Problem, float]:
+    """A chain with one or two contacts, rubbed or not, opening or not; and a frequency near a mode.
+
+    ``stiff`` contacts have 3 to 1000 times the stiffness of the structure.
+    """
+    rng = np.random.default_rng(10_000 + seed if stiff else seed)
     n = int(rng.integers(2, 6))
     springs, dofs = rng.uniform(10.0, 80.0, n + 1), [f"x{i}" for i in range(n)]
     K = (
@@ -71,10 +76,11 @@ def random_case(seed: int, harmonics: range) -> tuple[ss.Problem, float]:
     pairs = []
     for c in range(int(rng.integers(1, 3))):
         i = int(rng.integers(0, n))
-        kt, mu = K.max() * 10 ** rng.uniform(-0.7, 0.7), rng.uniform(0.1, 0.6)
+        kt, mu = K.max() * 10 ** rng.uniform(*((0.5, 3.0) if stiff else (-0.7, 0.7))), rng.uniform(0.1, 0.6)
         rubbing = ss.RubbingMotion(velocity=float(rng.uniform(0.05, 3.0) * (kinds % 2)))
         if kinds >= 2:
-            kn, gap = K.max() * 10 ** rng.uniform(-0.5, 1.8), rng.uniform(-0.15, 0.03)
+            kn = K.max() * 10 ** rng.uniform(*((0.5, 3.0) if stiff else (-0.5, 1.8)))
+            gap = rng.uniform(-0.15, 0.03) * (0.1 if stiff and rng.random() < 0.5 else 1.0)
             contact = ss.FrictionContact(kt=kt, mu=mu, kn=kn, gap=gap)
             pairs.append(ss.ContactPair(
                 name=f"c{c}", tangential=dofs[i], normal=dofs[(i + 1) % n], contact=contact, rubbing=rubbing
@@ -103,10 +109,10 @@ def solved(problem: ss.Problem, omega: float, near: Array) -> list[Array] | None
     return [np.asarray(values[name]) for name in ("displacement", "contact_tangential", "contact_normal")]
 
 
-def estimate_and_truth(seed: int) -> tuple[float, float] | None:
+def estimate_and_truth(seed: int, stiff: bool = False) -> tuple[float, float] | None:
     """The estimate with H = 5, and the largest change of a motion when 30 are kept; None without a solution of both."""
-    problem, omega = random_case(seed, range(6))
-    full, _ = random_case(seed, range(31))
+    problem, omega = random_case(seed, range(6), stiff)
+    full, _ = random_case(seed, range(31), stiff)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ss.SlipstickWarning)
         found = ss.forced_response(problem, omega=(omega, 1.002 * omega), options={"max_step": 1e-3 * omega})
@@ -123,12 +129,13 @@ def estimate_and_truth(seed: int) -> tuple[float, float] | None:
     return (float(found.dataset["truncation"][0]), true) if true > 1e-9 else None
 
 
-def assert_estimates(seeds: range, share: float) -> int:
-    cases = [case for seed in seeds if (case := estimate_and_truth(seed)) is not None]
+def assert_estimates(seeds: range, share: float, stiff: bool = False, silent: int = 0) -> int:
+    """``silent`` is the most that are above 2 % and not warned of."""
+    cases = [case for seed in seeds if (case := estimate_and_truth(seed, stiff)) is not None]
     estimate, true = np.array(cases).T
     within = (estimate < 3.0 * true) & (estimate > true / 3.0)
     assert np.mean(within) >= share, np.c_[estimate, true][~within]
-    assert np.all(estimate[true > 0.02] > 0.01), "all that is above 2 % is warned of"
+    assert np.sum(estimate[true > 0.02] <= 0.01) <= silent
     return len(cases)
 
 
@@ -139,6 +146,43 @@ def test_estimates_of_random_systems_are_near_the_change() -> None:
 @pytest.mark.verify
 def test_a_hundred_estimates_of_random_systems_are_near_the_change() -> None:
     assert assert_estimates(range(150), 0.9) >= 100
+
+
+def test_estimates_at_stiff_contacts_are_near_the_change() -> None:
+    """The set moves with the further orders: without that they are 0.24, 0.09 and 3.4 of the change."""
+    for seed in (28, 129, 130):
+        estimate, true = estimate_and_truth(seed, stiff=True) or (np.nan, np.nan)
+        assert true / 3.0 < estimate < 3.0 * true
+
+
+@pytest.mark.verify
+def test_two_hundred_estimates_at_stiff_contacts_are_near_the_change() -> None:
+    assert assert_estimates(range(360), 0.9, stiff=True, silent=4) >= 200
+
+
+@pytest.mark.parametrize("seed", [5, 6, 28, 130])
+@pytest.mark.parametrize("stiff", [False, True])
+def test_motion_held_with_the_set_is_the_first_newton_step_of_the_wider_set(seed: int, stiff: bool) -> None:
+    problem, omega = random_case(seed, range(6), stiff)
+    wide = with_further(problem.harmonics)
+    balance, wider = Balance(problem), Balance(random_case(seed, wide.orders, stiff)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ss.SlipstickWarning)
+        found = ss.steady_response(problem, omega=omega)
+    x = np.asarray(found.guess(0)).reshape(-1)
+    small = FrequencySystem(balance, problem.inputs)
+    x = newton(lambda y: small.evaluate(y, omega), x, scale=np.linalg.norm(x)).x
+    padded = np.zeros((balance.n_ports, wide.size))
+    padded[:, wide.columns(problem.harmonics.orders)] = x.reshape(balance.n_ports, -1)
+    value = FrequencySystem(wider, wider.problem.inputs).evaluate(padded.ravel(), omega)
+    step = -value.jacobian.solve(value.residual)
+    inputs = Assigned.of([problem.inputs])
+    one = truncation_module._Wider(Outputs(balance, ()), x[None], np.array([omega]), inputs, wide)
+    reactions = EachReaction([Reaction(small.evaluate(x, omega).jacobian)])
+    free = one.moved(one.force)
+    change = one.with_reaction(np.array([0]), one.held(0, free[0], reactions)[None], reactions)[0]
+    assert np.abs(step).max() > 1e-9 * np.abs(x).max()
+    np.testing.assert_allclose(change.ravel(), step, rtol=0, atol=1e-9 * np.abs(step).max() + 1e-13 * np.abs(x).max())
 
 
 def test_odd_harmonics_under_rubbing_are_warned_of() -> None:

@@ -2,8 +2,9 @@
 
 Contact forces hold orders outside the set. They move the structure by ``-A(m omega) F_m``, which the balance leaves out
 (THEORY.md (11.1)). That motion changes the forces of the orders in the set, and so their motion: by the last Jacobian
-of the point (11.2). The further orders are all that are missing below the highest one, and half as many above it, at
-least two. A set of odd orders under rubbing lacks the even ones most of all. Loads have no further orders.
+of the point (11.2). What stiff contacts let pass of it is found together with that reaction (11.3). The further orders
+are all that are missing below the highest one, and half as many above it, at least two. A set of odd orders under
+rubbing lacks the even ones most of all. Loads have no further orders.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance, FactoredCompliance, sums
+from slipstick.balance.compliance import Compliance, FactoredCompliance
 from slipstick.balance.evaluation import respond
 from slipstick.balance.inputs import Assigned
 from slipstick.results.measures import largest_deviation
+from slipstick.solve.linear.dense import solution
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.receptance import SMALL, Receptance, mapped
 from slipstick.trig.harmonics import Harmonics
@@ -27,7 +29,7 @@ from slipstick.typing import Array, BoolArray, ComplexArray, IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.balance import Balance
-    from slipstick.balance.layout import Batch, PortPair, Tangents
+    from slipstick.balance.layout import Tangents
     from slipstick.results.record import Outputs
 
 Structures = Sequence[Mapping[str, float]]
@@ -45,9 +47,8 @@ _MANY = 1000
 WARNED_TRUNCATION = 1e-2
 """Truncation error from which results carry a warning."""
 _STIFF = 1e-3
-"""Relative motion of the further orders from which the contacts' stiffness in these orders counts: a linear system at
-each point, before the reaction of the set may multiply that motion by a hundred. It counts where it makes the motion
-smaller: with tangents of slipping contacts ``1 + A D`` may be next to singular."""
+"""Estimate from which the contacts' stiffness in the further orders counts: a linear system at each point. It counts
+where it makes the estimate smaller: of the first order, it exaggerates next to resonances and where contacts change."""
 _LARGEST_SYSTEM = 1000
 """Unknowns of that system up to which it is solved, 20 ms each; beyond, stiff contacts make the estimate too large."""
 
@@ -109,6 +110,10 @@ class Reactions(Protocol):
         """Changes (k, N) of some points with their residuals (k, N)."""
         ...
 
+    def across(self, point: int, residuals: Array) -> Array:
+        """Changes (N, k) of one point with several residuals (N, k), before it follows the branch back."""
+        ...
+
 
 class EachReaction(Reactions):
     """Reactions that are solved one by one; None where there is none."""
@@ -124,6 +129,14 @@ class EachReaction(Reactions):
     def at(self, which: Any) -> EachReaction:
         """The reactions of some points."""
         return EachReaction([self._each[i] for i in np.arange(len(self._each))[which].tolist()])
+
+    def across(self, point: int, residuals: Array) -> Array:
+        """One solve for all."""
+        one = self._each[point]
+        assert one is not None
+        if one.tangent is None:
+            return one.jacobian.solve(residuals)
+        return one.jacobian.solve(np.vstack([residuals, np.zeros(residuals.shape[1])]))[:-1]
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
         """One solve for each point."""
@@ -162,101 +175,136 @@ def truncation(
         slices = [slice(first, first + most) for first in range(0, n, most)]
         each = (truncation(outputs, x[at], motion[at], omega[at], inputs.at(at), reactions.at(at)) for at in slices)
         return np.concatenate(list(each))
-    further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
-    kept, new, structures = wide.columns(h.orders), wide.columns(further.orders[1:]), inputs.structures
     size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
-    responses = [
-        respond(balance, k, x, omega, inputs.contacts(k), wide)[1] for k in range(len(balance.batches) if n else 0)
-    ]
-    force = np.zeros((n, balance.n_ports, wide.size))
-    for batch, response in zip(balance.batches, responses, strict=False):
-        for port, F in zip(batch.ports, response.force, strict=True):
-            port.add(F.reshape(n, batch.count, -1)[:, port.members], force, 1)
-    receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
-    orders = further.m.astype(float)
-
-    def answered(F: Array) -> Array:
-        """Motion of the further orders at ports and outputs that forces of these orders make."""
-        parts = [moved(one, orders, _loaded(balance, F), omega, structures) for one in receptances]
-        return np.concatenate(parts, axis=1)[..., 1:]
-
-    added = np.zeros((n, sum(one.static.shape[0] for one in receptances), wide.size))
-    added[..., new] = answered(force[..., new])
-    largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
-    small = 2 * orders.size * balance.n_ports <= _LARGEST_SYSTEM
-    stiff = np.flatnonzero(more > _STIFF * largest) if small else np.zeros(0, dtype=int)
-    for p in stiff.tolist():
-        stiffness = _among_further(balance, responses, p, n, wide.columns(further.orders))
-        value = Compliance(balance.receptance.adjusted(structures[p]), orders, omega[p]).value
-        force[p][:, new] += _held(balance, stiffness, value, added[p, : balance.n_ports, new].T)
-    if stiff.size:
-        less = answered(force[..., new])
-        smaller = largest_deviation(wide, _among(added, new, less)).max(axis=1, initial=0.0) < more
-        added[np.ix_(smaller, np.arange(added.shape[1]), new)] = less[smaller]
-        more = largest_deviation(wide, added).max(axis=1, initial=0.0)
-    worth = (_WORTH if balance.backend.name == "dense" else _WORTH_ITERATIONS) * largest
-    at = np.flatnonzero(reactions.known & (more > worth))
+    largest = size.max(axis=1, initial=0.0)
+    wider = _Wider(outputs, x, omega, inputs, wide)
+    added = wider.moved(wider.force)
+    more = largest_deviation(wide, added).max(axis=1, initial=0.0)
+    dense, small = balance.backend.name == "dense", wider.size <= _LARGEST_SYSTEM
+    together = reactions.known & (dense and small)
+    for point in np.flatnonzero(~together & (more > _STIFF * largest) & small).tolist():
+        one = wider.held(point, added[point])
+        less = float(largest_deviation(wide, one).max(initial=0.0))
+        if less < more[point]:
+            added[point], more[point] = one, less
+    at = np.flatnonzero(reactions.known & (more > (_WORTH if dense else _WORTH_ITERATIONS) * largest))
     if at.size:
-        pairs = zip(balance.batches, responses, strict=True)
-        tangents = [_coupling(batch, response.by_motion, at, n) for batch, response in pairs]
-        change, where = added[at], (omega[at], [structures[i] for i in at])
-        right = _answered(balance, _changes(balance, tangents, change)[..., kept], *where)
-        answers = reactions.answers(at, right)
-        change[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
-        if outputs.receptance is not None:
-            G = _loaded(balance, _changes(balance, tangents, change)[..., kept])
-            change[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
-        more[at] = largest_deviation(wide, change).max(axis=1, initial=0.0)
+        more[at] = largest_deviation(wide, wider.with_reaction(at, added[at], reactions)).max(axis=1, initial=0.0)
+    at = np.flatnonzero(together & (more > _STIFF * largest))
+    if at.size:
+        them = np.array([wider.held(point, added[point], reactions) for point in at.tolist()])
+        by_all = largest_deviation(wide, wider.with_reaction(at, them, reactions)).max(axis=1, initial=0.0)
+        more[at] = np.minimum(more[at], by_all)
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
-def _among_further(
-    balance: Balance, responses: Sequence[Any], point: int, count: int, columns: IntArray
-) -> list[tuple[Array, PortPair]]:
-    """Derivatives (n, k, k) of some coefficients of the forces by the same of the motion, at a point, by port pair."""
-    return [
-        (np.ascontiguousarray(T[point * batch.count :][: batch.count, columns][:, :, columns]), batch.coupled[pair])
-        for batch, response in zip(balance.batches, responses, strict=True)
-        for pair, T in response.by_motion.items()
-        if pair in batch.coupled
-    ]
+class _Wider:
+    """The further orders beside those of a set, at n points.
 
+    Motions (n, n_rows, L') are those of the ports and then of the outputs, in all coefficients of the ``wide`` set.
 
-def _among(added: Array, new: IntArray, other: Array) -> Array:
-    """A copy with other coefficients of the further orders."""
-    out = added.copy()
-    out[..., new] = other
-    return out
-
-
-def _held(balance: Balance, tangents: Sequence[tuple[Array, PortPair]], value: ComplexArray, free: Array) -> Array:
-    """Change of the forces (n_ports, 2 k) of the further orders by the motion that the contacts let pass.
-
-    Without their stiffness it is ``free``: ``(1 + A D) X = free``, for stiff contacts move far less than the forces of
-    these orders would move the structure alone. ``value`` is that of the ``Compliance``.
+    Attributes
+    ----------
+    force
+        Forces at the ports (n, n_ports, k), in the coefficients of the further orders.
+    size
+        Coefficients of the further orders at all ports.
     """
-    value[:, :, 0] = 0.0
-    ports, L = balance.n_ports, 1 + free.shape[1]
-    transposed, motion, forces = np.eye(ports * L), np.zeros((ports, L)), np.zeros((ports, L))
-    filled = np.zeros(ports * L, dtype=bool)
-    for tangent, places in tangents:
-        sums().add_products(value, tangent, *places, transposed, filled)
-    motion[:, 1:] = free
-    passing = np.linalg.solve(transposed.T, motion.ravel()).reshape(ports, L)
-    for tangent, places in tangents:
-        sums().add_force_changes(tangent, *places, passing, forces)
-    return forces[:, 1:]
+
+    def __init__(self, outputs: Outputs, x: Array, omega: Array, inputs: Assigned, wide: Harmonics) -> None:
+        self._outputs, self._balance, self._omega, self._structures = outputs, outputs.balance, omega, inputs.structures
+        b, h = outputs.balance, outputs.balance.harmonics
+        further = [m for m in wide.orders if m not in h.orders]
+        self._orders, self._L = np.array(further, dtype=float), wide.size
+        self._kept, self._new = wide.columns(h.orders), wide.columns(further)
+        self.size = b.n_ports * self._new.size
+        n, force = len(x), np.zeros((len(x), b.n_ports, wide.size))
+        self._tangents = list[dict[tuple[int, int], Array]]()
+        for k, batch in enumerate(b.batches if n else ()):
+            response = respond(b, k, x, omega, inputs.contacts(k), wide)[1]
+            for port, F in zip(batch.ports, response.force, strict=True):
+                port.add(F.reshape(n, batch.count, -1)[:, port.members], force, 1)
+            self._tangents.append({
+                pair: T.reshape(n, batch.count, *T.shape[1:])
+                for pair, T in response.by_motion.items() if pair in batch.coupled
+            })  # fmt: skip
+        self.force = force[..., self._new]
+
+    @property
+    def _receptances(self) -> list[Receptance]:
+        of_outputs = self._outputs.receptance
+        return [self._balance.receptance, *([] if of_outputs is None else [of_outputs])]
+
+    def moved(self, force: Array, at: Any = slice(None)) -> Array:
+        """Motion by forces (k, n_ports, ...) of the further orders, at some points."""
+        structures = [self._structures[i] for i in np.arange(len(self._omega))[at].tolist()]
+        loaded, omega = _loaded(self._balance, force), self._omega[at]
+        parts = [moved(one, self._orders, loaded, omega, structures)[..., 1:] for one in self._receptances]
+        out = np.zeros((len(force), sum(part.shape[1] for part in parts), self._L))
+        out[..., self._new] = np.concatenate(parts, axis=1)
+        return out
+
+    def with_reaction(self, at: IntArray, change: Array, reactions: Reactions) -> Array:
+        """Motions of the further orders at some points, with what they change in the set."""
+        b, change = self._balance, change.copy()
+        where = self._omega[at], [self._structures[i] for i in at]
+        pairs = zip(b.batches, self._tangents, strict=True)
+        tangents = [{pair: T[np.ix_(at, batch.coupled[pair].members)] for pair, T in by.items()} for batch, by in pairs]
+        right = _answered(b, _changes(b, tangents, change)[..., self._kept], *where)
+        answers = reactions.answers(at, right)
+        change[:, : b.n_ports, self._kept] = -np.reshape(answers, (len(at), b.n_ports, -1))
+        if self._outputs.receptance is not None:
+            G = _loaded(b, _changes(b, tangents, change)[..., self._kept])
+            change[:, b.n_ports :, self._kept] = moved(self._outputs.receptance, b.orders, G[..., 1:], *where)
+        return change
+
+    def held(self, p: int, free: Array, reactions: Reactions | None = None) -> Array:
+        """Motion of the further orders at a point where the contacts' stiffness acts on it, of that without, ``free``.
+
+        ``(1 + A D) X = free``: stiff contacts let pass far less than their forces would move the structure alone. With
+        ``reactions`` the set moves as well, and ``D`` is the stiffness that is left of the contacts then.
+        """
+        b, new, kept = self._balance, self._new, self._kept
+        ports = b.n_ports
+        D = self._stiffness(p, new, new)
+        omega, structure = float(self._omega[p]), self._structures[p]
+        if reactions is not None:
+            compliance = b.compliance(omega, structure)
+            assert isinstance(compliance, Compliance)  # of a dense Jacobian
+            right = _products(compliance.value, self._stiffness(p, kept, new)).reshape(b.size, -1)
+            back = self._stiffness(p, new, kept).reshape(-1, b.size)
+            D -= (back @ reactions.across(p, right)).reshape(D.shape)
+        value = Compliance(b.receptance.adjusted(structure), self._orders, omega).value
+        value[:, :, 0] = 0.0
+        still = np.zeros((ports, 1, self.size))
+        passing = np.eye(self.size) + _products(value, np.concatenate([still, D], axis=1))[:, 1:].reshape(self.size, -1)
+        X = solution(passing, free[:ports, new].ravel())
+        if X is None:
+            return free
+        return self.moved(self.force[p : p + 1] + D @ X, slice(p, p + 1))[0]
+
+    def _stiffness(self, p: int, rows: IntArray, columns: IntArray) -> Array:
+        """Derivatives (n_ports, k, n_ports * l) of k coefficients of all forces by l of all motions, at a point."""
+        ports = self._balance.n_ports
+        T = np.zeros((ports * ports, rows.size, columns.size))
+        for batch, by_pair in zip(self._balance.batches, self._tangents, strict=True):
+            for pair, tangent in by_pair.items():
+                members, felt, moving = batch.coupled[pair]
+                # elements may have ports in common: sums of those at each place, many times faster than np.add.at
+                places = felt * ports + moving
+                order = np.argsort(places, kind="stable")
+                at, starts = np.unique(places[order], return_index=True)
+                T[at] += np.add.reduceat(tangent[p, members[order]][:, rows][..., columns], starts)
+        return T.reshape(ports, ports, rows.size, -1).transpose(0, 2, 1, 3).reshape(ports, rows.size, -1)
 
 
-def _coupling(
-    batch: Batch, by_motion: Mapping[tuple[int, int], Array], at: IntArray, count: int
-) -> dict[tuple[int, int], Array]:
-    """Tangents (k, n_members, L, L) of the elements that couple two ports of a batch, at some of ``count`` points."""
-    return {
-        pair: T.reshape(count, batch.count, *T.shape[1:])[np.ix_(at, batch.coupled[pair].members)]
-        for pair, T in by_motion.items()
-        if pair in batch.coupled
-    }
+def _products(value: ComplexArray, F: Array) -> Array:
+    """``A F`` (n_rows, L, k) of forces at the ports (n_ports, L, k), by ``conj(A)`` as a ``Compliance`` has it."""
+    A, out = value[: len(F)].transpose(2, 1, 0), np.empty((value.shape[1], *F.shape[1:]))
+    out[:, 0] = A[0].real @ F[:, 0]
+    z = A[1:] @ (F[:, 1::2] + 1j * F[:, 2::2]).transpose(1, 0, 2)
+    out[:, 1::2], out[:, 2::2] = z.real.transpose(1, 0, 2), z.imag.transpose(1, 0, 2)
+    return out
 
 
 def _changes(balance: Balance, tangents: Tangents, change: Array) -> Array:

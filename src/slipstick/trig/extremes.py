@@ -44,7 +44,7 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
     """Signed largest deviation of each row of ``X`` (k, L), its time, and its change with ``dX`` (k, L) or (0, L).
 
     They are written into ``out`` (3, k): a new array is handed to Python only after microseconds. ``tables`` is a plain
-    tuple of the fields of ``Grid``, whose type numba knows at once. Rows that move with one harmonic are in closed form.
+    tuple of the fields of ``Grid``, whose type numba knows at once. One harmonic alone is in closed form.
     """
     grid = Grid(*tables)
     orders, cos, sin = grid.orders, grid.cos, grid.sin

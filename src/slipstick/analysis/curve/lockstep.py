@@ -115,6 +115,9 @@ class _Reactions:
     def at(self, which: Any) -> _Reactions:
         return replace(self, near=self.near[which], tangents=self.tangents[which], bends=self.bends[which])
 
+    def across(self, point: int, residuals: Array) -> Array:
+        return self.factors.solve(np.repeat(self.near[point], residuals.shape[1]), residuals.T)[:, :-1].T
+
     def answers(self, which: IntArray, residuals: Array) -> Array:
         z = self.factors.solve(self.near[which], residuals)
         return at_their_parameter(z, self.tangents[which], self.bends[which])
