@@ -1,4 +1,4 @@
-"""The command line: a verb is imported, and its options are read, where it is called or the help shows all."""
+"""The command line: a command is imported, and its options are read, where it is called or the help shows all."""
 
 from __future__ import annotations
 
