@@ -264,8 +264,7 @@ class _Wider:
         ``(1 + A D) X = free``: stiff contacts let pass far less than their forces would move the structure alone. With
         ``reactions`` the set moves as well, and ``D`` is the stiffness that is left of the contacts then.
         """
-        b, new, kept = self._balance, self._new, self._kept
-        ports = b.n_ports
+        b, new, kept, ports = self._balance, self._new, self._kept, self._balance.n_ports
         D = self._stiffness(p, new, new)
         omega, structure = float(self._omega[p]), self._structures[p]
         if reactions is not None:
