@@ -73,7 +73,7 @@ def integrated(rate: Rate, rubbing: str, start: float, growth: float, times: Any
         load = 100.0 * np.sin(phi) + 20.0 * np.cos(3 * phi)
         return [y[1], load - DAMPING * y[1] - STIFFNESS * y[0] - force, remembered]
 
-    found = solve_ivp(rates, (0.0, times[-1]), [0.0, 0.0, 0.0], "DOP853", times, rtol=1e-10, atol=1e-11, max_step=0.02)
+    found = solve_ivp(rates, (0.0, times[-1]), [0.0, 0.0, 0.0], "DOP853", times, rtol=1e-11, atol=1e-12, max_step=0.004)
     assert found.success
     return found.y[0]
 
