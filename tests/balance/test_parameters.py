@@ -76,8 +76,10 @@ def test_derivatives(kind: str, name: str, value: float, anchored: bool) -> None
         assert found.jacobian.matrix[:, column] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("kind", ["modal", "poles"])
-@pytest.mark.parametrize("name, span", [("loss_factor", (0.3, 0.0)), ("damping", (0.2, 4.0))])
+@pytest.mark.parametrize("kind, name, span", [
+    *((kind, *one) for kind in ("modal", "poles") for one in (("loss_factor", (0.3, 0.0)), ("damping", (0.2, 4.0)))),
+    ("modal", "mode1.omega", (4.0, 3.0)),
+])  # fmt: skip
 def test_curves_hold_the_solutions_of_separate_problems(kind: str, name: str, span: tuple[float, float]) -> None:
     p, middle = problem(kind), 0.6 * span[0] + 0.4 * span[1]
     branch = ss.parameter_response(p, name, span, omega=3.5, at=[middle])

@@ -10,7 +10,7 @@ rubbing lacks the even ones most of all. Loads have no further orders.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -50,7 +50,10 @@ _STIFF = 1e-3
 """Estimate from which the contacts' stiffness in the further orders counts: a linear system at each point. It counts
 where it makes the estimate smaller: of the first order, it exaggerates next to resonances and where contacts change."""
 _LARGEST_SYSTEM = 1000
-"""Unknowns of that system up to which it is solved, 20 ms each; beyond, stiff contacts make the estimate too large."""
+"""Unknowns of that system up to which it is solved, 40 ms each; beyond, stiff contacts make the estimate too large."""
+_LARGEST_BOTH = 200_000
+"""These times the unknowns of the set up to which both are found together; beyond, the set is held there: the solutions
+of the set for all of them would take longer than the point itself (1860 and 960: 0.4 s)."""
 
 
 @lru_cache(maxsize=16)
@@ -181,7 +184,7 @@ def truncation(
     added = wider.moved(wider.force)
     more = largest_deviation(wide, added).max(axis=1, initial=0.0)
     dense, small = balance.backend.name == "dense", wider.size <= _LARGEST_SYSTEM
-    together = reactions.known & (dense and small)
+    together = reactions.known & (dense and small and wider.size * balance.size <= _LARGEST_BOTH)
     for point in np.flatnonzero(~together & (more > _STIFF * largest) & small).tolist():
         one = wider.held(point, added[point])
         less = float(largest_deviation(wide, one).max(initial=0.0))
@@ -265,13 +268,14 @@ class _Wider:
         ``reactions`` the set moves as well, and ``D`` is the stiffness that is left of the contacts then.
         """
         b, new, kept, ports = self._balance, self._new, self._kept, self._balance.n_ports
-        D = self._stiffness(p, new, new)
+        stiffness = self._stiffness(p)
+        D = _part(stiffness, new, new)
         omega, structure = float(self._omega[p]), self._structures[p]
         if reactions is not None:
             compliance = b.compliance(omega, structure)
             assert isinstance(compliance, Compliance)  # of a dense Jacobian
-            right = _products(compliance.value, self._stiffness(p, kept, new)).reshape(b.size, -1)
-            back = self._stiffness(p, new, kept).reshape(-1, b.size)
+            right = _products(compliance.value, _part(stiffness, kept, new)).reshape(b.size, -1)
+            back = _part(stiffness, new, kept).reshape(-1, b.size)
             D -= (back @ reactions.across(p, right)).reshape(D.shape)
         value = Compliance(b.receptance.adjusted(structure), self._orders, omega).value
         value[:, :, 0] = 0.0
@@ -282,19 +286,36 @@ class _Wider:
             return free
         return self.moved(self.force[p : p + 1] + D @ X, slice(p, p + 1))[0]
 
-    def _stiffness(self, p: int, rows: IntArray, columns: IntArray) -> Array:
-        """Derivatives (n_ports, k, n_ports * l) of k coefficients of all forces by l of all motions, at a point."""
-        ports = self._balance.n_ports
-        T = np.zeros((ports * ports, rows.size, columns.size))
+    @cached_property
+    def _places(self) -> list[dict[tuple[int, int], tuple[IntArray, IntArray, IntArray]]]:
+        """By batch and pair of ports: members in the order of their places, the places, and where each begins."""
+        out = []
         for batch, by_pair in zip(self._balance.batches, self._tangents, strict=True):
-            for pair, tangent in by_pair.items():
+            places = {}
+            for pair in by_pair:
                 members, felt, moving = batch.coupled[pair]
+                place = felt * self._balance.n_ports + moving
+                order = np.argsort(place, kind="stable")
+                places[pair] = (members[order], *np.unique(place[order], return_index=True))
+            out.append(places)
+        return out
+
+    def _stiffness(self, p: int) -> Array:
+        """Derivatives (n_ports, n_ports, L', L') of all forces by all motions, at a point."""
+        ports = self._balance.n_ports
+        T = np.zeros((ports * ports, self._L, self._L))
+        for by_pair, places in zip(self._tangents, self._places, strict=True):
+            for pair, tangent in by_pair.items():
                 # elements may have ports in common: sums of those at each place, many times faster than np.add.at
-                places = felt * ports + moving
-                order = np.argsort(places, kind="stable")
-                at, starts = np.unique(places[order], return_index=True)
-                T[at] += np.add.reduceat(tangent[p, members[order]][:, rows][..., columns], starts)
-        return T.reshape(ports, ports, rows.size, -1).transpose(0, 2, 1, 3).reshape(ports, rows.size, -1)
+                members, at, starts = places[pair]
+                T[at] += np.add.reduceat(tangent[p, members], starts)
+        return T.reshape(ports, ports, self._L, self._L)
+
+
+def _part(stiffness: Array, rows: IntArray, columns: IntArray) -> Array:
+    """Those (n_ports, k, n_ports * l) of k coefficients of the forces by l of the motions."""
+    part = stiffness[:, :, rows[:, None], columns].transpose(0, 2, 1, 3)
+    return part.reshape(*part.shape[:2], -1)
 
 
 def _products(value: ComplexArray, F: Array) -> Array:
@@ -326,7 +347,12 @@ def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) 
     """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
     if balance.springs is None and isinstance(balance.receptance.static, np.ndarray):
         out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
-        out[..., :1] = mapped(balance.receptance.static[:, : balance.n_ports], F[..., :1])
+        first = 0
+        for values, same in groupby(structures):
+            part = slice(first, first + len(list(same)))
+            static = balance.receptance.adjusted(values).static[:, : balance.n_ports]
+            out[part, :, :1] = mapped(static, F[part, :, :1])
+            first = part.stop
         return out.reshape(len(F), -1)
     pairs = np.zeros((*F.shape[:2], balance.L + 1))
     pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]

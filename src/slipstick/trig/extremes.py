@@ -1,6 +1,6 @@
 """The largest deviation of a trigonometric polynomial from its mean, with its time: a grid, then Newton's method.
 
-Between two neighbouring times of a grid of step ``h`` the deviation rises above the nearer one by at most
+One harmonic has a closed form. Between two neighbouring times of a grid of step ``h`` the deviation rises above the nearer one by at most
 ``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no Newton iteration.
 """
 
@@ -62,7 +62,8 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
             if pc[j] != 0.0 or ps[j] != 0.0:
                 moving, only = moving + 1, j
         if moving <= 1:
-            value[r], time[r] = np.hypot(pc[only], ps[only]), np.arctan2(ps[only], pc[only]) / orders[only]
+            angle = np.mod(np.arctan2(ps[only], pc[only]), TWO_PI)  # of equal maxima the first, as ``amplitude`` has it
+            value[r], time[r] = np.hypot(pc[only], ps[only]), angle / orders[only]
         else:
             v[:] = 0.0
             for j in range(grid.n):
