@@ -1,7 +1,8 @@
 """The largest deviation of a trigonometric polynomial from its mean, with its time: a grid, then Newton's method.
 
 One harmonic has a closed form. Between two neighbouring times of a grid of step ``h`` the deviation rises above the
-nearer one by at most ``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no Newton iteration.
+nearer one by at most ``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no
+Newton iteration.
 """
 
 from __future__ import annotations
