@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
 from math import inf, isfinite
 from typing import Any, Protocol
 
@@ -352,11 +351,7 @@ class Together:
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
         """The receptance of each structure, and its motions."""
-        first = 0
-        for structure, same in groupby(self._inputs.structures):
-            at = slice(first, first + len(list(same)))
-            yield self._balance.receptance.adjusted(structure), at
-            first = at.stop
+        return self._balance.receptance.adjusted_runs(self._inputs.structures)
 
 
 def _bound(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
-from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -347,12 +346,8 @@ def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) 
     """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
     if balance.springs is None and isinstance(balance.receptance.static, np.ndarray):
         out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
-        first = 0
-        for values, same in groupby(structures):
-            part = slice(first, first + len(list(same)))
-            static = balance.receptance.adjusted(values).static[:, : balance.n_ports]
-            out[part, :, :1] = mapped(static, F[part, :, :1])
-            first = part.stop
+        for receptance, part in balance.receptance.adjusted_runs(structures):
+            out[part, :, :1] = mapped(receptance.static[:, : balance.n_ports], F[part, :, :1])
         return out.reshape(len(F), -1)
     pairs = np.zeros((*F.shape[:2], balance.L + 1))
     pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]
@@ -386,11 +381,9 @@ def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structu
 
     ``structures`` (n) holds the parameters of the structure at each point that are not its own.
     """
-    out, first = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size)), 0
-    for values, same in groupby(structures):
-        part = slice(first, first + len(list(same)))
-        out[part] = _moved(receptance.adjusted(values), orders, G[part], omega[part])
-        first = part.stop
+    out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size))
+    for adjusted, part in receptance.adjusted_runs(structures):
+        out[part] = _moved(adjusted, orders, G[part], omega[part])
     return out
 
 

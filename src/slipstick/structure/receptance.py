@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -181,6 +182,14 @@ class Receptance(ABC):
     def adjusted(self, values: Mapping[str, float]) -> Receptance:
         """A copy with other values of the structure's parameters; itself for no values."""
         return self.changed(**values) if values else self
+
+    def adjusted_runs(self, structures: Iterable[Mapping[str, float]]) -> Iterator[tuple[Receptance, slice]]:
+        """``adjusted`` once for points, one after the other, that have the same values, and which these are."""
+        first = 0
+        for values, same in groupby(structures):
+            at = slice(first, first + sum(1 for _ in same))
+            yield self.adjusted(values), at
+            first = at.stop
 
     def written(self) -> Receptance:
         """The same with all entries as matrices, where residuals are applied by solutions."""
