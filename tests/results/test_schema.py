@@ -12,7 +12,7 @@ import slipstick as ss
 from slipstick.case.case import Case
 from slipstick.cli.options import RunOptions
 from slipstick.cli.verbs.run import run_case
-from slipstick.results.schema import POINT_KINDS, VARIABLES
+from slipstick.results.schema import MISSING, POINT_KINDS, VARIABLES
 
 CASE = """
 format = 1
@@ -106,3 +106,43 @@ def test_the_page_about_results_names_every_variable(files: dict[str, Path]) -> 
     branch = ss.load(files["Python"])
     for name in (*branch.dataset.variables, *branch.dataset.attrs):
         assert f"`{name}`" in page or name == "point" or name.endswith("_version") or name == "Conventions", name
+
+
+STIFF_DAHL = """
+format = 1
+harmonics = "0..3"
+[structure]
+kind = "matrices"
+dofs = ["x"]
+mass = [[1.0]]
+damping = [[0.4]]
+stiffness = [[40.0]]
+[[load]]
+dof = "x"
+sin = 5.0
+[[contact]]
+law = "dahl"
+name = "joint"
+tangential = "x"
+kt = 3575.0
+limit = 2.5
+[response]
+from = 4.0
+to = 4.02
+stability = true
+"""
+
+
+def test_points_without_known_stability_are_kept_by_both(tmp_path: Path) -> None:
+    """No motion in time was found next to these points: their method is empty, their stability not known."""
+    path = tmp_path / "case.toml"
+    path.write_text(STIFF_DAHL)
+    assert run_case(path, tmp_path / "out", options=RunOptions(figures=False, quiet=True)) == 0
+    with pytest.warns(ss.SlipstickWarning) as said:
+        branch = Case.from_file(path).run()
+    assert any("stability is not known" in str(each.message) for each in said)
+    ours = xarray.load_dataset(tmp_path / "out" / "results.nc")
+    assert "" in branch.dataset["stability_method"].to_numpy()
+    for name in ("omega", "stability_method", "stable", "unstable_multipliers"):
+        np.testing.assert_array_equal(ours[name], branch.dataset[name])
+    assert np.all(ours["stable"].to_numpy()[ours["stability_method"].to_numpy() == ""] == MISSING)

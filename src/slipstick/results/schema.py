@@ -234,8 +234,12 @@ def _meaning(units: str, long_name: str) -> dict[str, str]:
 
 
 def _code(name: str, text: Any, known: Sequence[str]) -> float:
-    if isinstance(text, float) or str(text) in known:
-        return text if isinstance(text, float) else float(known.index(str(text)))
+    if isinstance(text, float):
+        return text
+    if not str(text):
+        return float(MISSING)
+    if str(text) in known:
+        return float(known.index(str(text)))
     raise InputError(f"results: '{name}' is {text}; expected one of {', '.join(known)}")
 
 
