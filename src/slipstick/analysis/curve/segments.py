@@ -24,6 +24,8 @@ _SAME_MOTION = 1e-6
 """Relative difference up to which two motions are the same."""
 _GAP = 1e-6
 """Gap between two segments, over the range, up to which they cover it."""
+_GAP_OF_VALUE = 1e-3
+"""The same over the value there, in a range without zero: 1e-6 of a very wide range may be many resonances."""
 
 _ENDED = {
     Outcome.TURNED_BACK: "turned back",
@@ -124,6 +126,8 @@ def _joined(segments: list[Segment]) -> tuple[Outcome, str]:
     if second.outcome is Outcome.INTERRUPTED:
         return second.outcome, f"{second.outcome.text} ({both})"
     tolerance = _GAP * abs(first.stop - first.start)
+    if first.start * first.stop > 0.0:
+        tolerance = min(tolerance, _GAP_OF_VALUE * abs(first.reach))
     if gap > tolerance:
         missing = f"between {first.reach:.6g} and {second.reach:.6g} nothing was found"
         return first.outcome, f"{first.message or first.outcome.text}; both ends were tried: {both}; {missing}"
