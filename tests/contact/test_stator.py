@@ -48,9 +48,10 @@ def test_coefficients_are_resolved_whatever_the_slip_velocity(slow):
             assert response.force[i][0, c] == pytest.approx(exact, abs=3e-8)
 
 
+@pytest.mark.parametrize("cn", [0.0, 0.4])
 @pytest.mark.parametrize("slow", [0.3, 1e-4])
-def test_derivatives_are_differences_and_many_are_single_ones(slow):
-    law, motion = StatorContact(kn=5.0, gap=1.0, mu=0.3, slip_velocity=slow), whirling(2)
+def test_derivatives_are_differences_and_many_are_single_ones(slow, cn):
+    law, motion = StatorContact(kn=5.0, gap=1.0, mu=0.3, cn=cn, slip_velocity=slow), whirling(2)
     at = values(law, 2)
     response, step = law.respond(motion, at), 1e-5
     for j, c in ((0, 1), (1, 2), (1, 3)):
@@ -102,6 +103,37 @@ def test_damping_that_jumps_where_it_touches_is_integrated(slow):
     found = law.respond(motion, at).force
     for i, force in enumerate(law.forces_in_time(motion, at, tau)):
         np.testing.assert_allclose(found[i][0], (share * force[0]) @ H.H_plus(tau), rtol=0, atol=3e-9)
+
+
+@pytest.mark.parametrize("kn", [0.0, 5.0])
+def test_the_phase_at_which_damping_begins_moves_with_the_clearance_and_the_motion(kn):
+    """The damping force jumps there; complex steps inside the panels do not see it."""
+    law, motion, step = StatorContact(kn=kn, gap=1.0, mu=0.3, cn=0.4, slip_velocity=0.3), whirling(), 1e-6
+    response = law.respond(motion, values(law))
+    by_gap = response.by_parameter("gap")
+    wider, narrower = (law.changed(gap=1.0 + h).respond(motion, {**values(law), "gap": np.array([1.0 + h])}).force
+                       for h in (step, -step))  # fmt: skip
+    for i in range(3):
+        np.testing.assert_allclose(by_gap[i][0], (wider[i] - narrower[i])[0] / (2.0 * step), rtol=0, atol=1e-8)
+    for j, c in ((0, 0), (0, 2), (1, 1)):
+        Q = [[q + h * (np.arange(H.size) == c) * (k == j) for k, q in enumerate(motion.Q)] for h in (step, -step)]
+        ahead, behind = (law.respond(motion._replace(Q=tuple(moved)), values(law)).force for moved in Q)
+        for i in range(3):
+            difference = (ahead[i] - behind[i])[0] / (2.0 * step)
+            np.testing.assert_allclose(response.by_motion[i, j][0, :, c], difference, rtol=0, atol=1e-8)
+
+
+def test_a_contact_shorter_than_any_grid_is_found():
+    """Beyond a circle inside the clearance for 2e-4 of a radian; force times kn is the integral over that arc."""
+    ahead = 5e-9  # x = 1 + ahead at the phase 0.1, falling off as 1 - tau^2/2 there
+    x, y = np.zeros((1, H.size)), np.zeros((1, H.size))
+    x[0, 1], x[0, 2] = (1.0 + ahead) * np.cos(0.1), (1.0 + ahead) * np.sin(0.1)
+    motion = Motion(H, 1.0, (x, y, np.zeros_like(x)), np.array([[0.0], [0.0], [1.0]]))
+    law = StatorContact(kn=1.0, gap=1.0)
+    half = np.sqrt(2.0 * ahead)  # two such arcs a period, on both sides
+    assert [state for _, _, state in law.states(motion, values(law))[0]].count("slip") == 2
+    first = np.hypot(*law.respond(motion, values(law)).force[0][0, 1:3])
+    assert first == pytest.approx(2.0 * (4.0 / 3.0 * ahead * half) / np.pi, rel=1e-4, abs=0.0)
 
 
 def test_too_many_panels_are_told(monkeypatch):

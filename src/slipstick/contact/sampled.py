@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from inspect import signature
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -138,11 +138,12 @@ class SampledLaw(Law):
         """As ``respond``, with samples graded to where the force of a contact changes fast, and none where it is open.
 
         ``edges`` gives phases (k,) of one element at which panels of integration end: where the force has corners, and
-        graded to where it nearly jumps. Panels are divided until each resolves the force. The error of the coefficients
-        is about 1e-9 of the largest force; a warning is given where ``MOST_PANELS`` are too few.
+        graded to where it nearly jumps; and the jumps, if any. Panels are divided until each resolves the force. The
+        error of the coefficients is about 1e-9 of the largest force; a warning is given where ``MOST_PANELS`` are too
+        few.
         """
-        elements = [_one_element(motion, values, e) for e in range(len(motion.Q[0]))]
-        responses = [_resolved(self, own, at, edges(own, at), slopes).response() for own, at in elements]
+        elements = [one_element(motion, values, e) for e in range(len(motion.Q[0]))]
+        responses = [_resolved(self, own, at, *edges(own, at), slopes).response() for own, at in elements]
         if len(responses) == 1:
             return responses[0]
 
@@ -291,7 +292,7 @@ class _Sampled:
     """One evaluation: motion at phases ``tau`` (times,), and the transforms to and from coefficients.
 
     ``weights`` (times,) of an integral over the period; those of equidistant times by default. ``slopes`` of the force
-    by motion and velocity; by default by complex steps.
+    by motion and velocity; by default by complex steps. ``jumps`` of the force of a single element.
     """
 
     def __init__(
@@ -302,8 +303,10 @@ class _Sampled:
         tau: Array,
         weights: Array | None = None,
         slopes: Slopes | None = None,
+        jumps: Jumps | None = None,
     ) -> None:
         h = motion.harmonics
+        self.jumps = jumps
         self.law, self.motion, self.given, self.known = law, motion, values, slopes
         self.omega = np.reshape(motion.omega, (-1, 1))
         self.basis = h.H_minus(tau)
@@ -339,7 +342,7 @@ class _Sampled:
         work = sum(f * r for f, r in zip(force, self.rate, strict=True)) @ self.weights / (2.0 * np.pi)
         return Response(
             force=tuple(self.coefficients(f) for f in force),
-            by_motion={key: self._by_motion(stiffness[key], damping[key]) for key in stiffness},
+            by_motion={key: self._by_motion(key, stiffness[key], damping[key]) for key in stiffness},
             by_drift={key: self.coefficients(value) for key, value in damping.items()},
             by_omega=self._by_omega(damping),
             by_parameter=self._by_parameter,
@@ -357,10 +360,14 @@ class _Sampled:
                 slopes[i, j] = slope
         return slopes
 
-    def _by_motion(self, stiffness: Array, damping: Array) -> Array:
-        """``int H_+ (k H_-^T + c H_-'^T)`` for every element, (n, L, L)."""
+    def _by_motion(self, key: tuple[int, int], stiffness: Array, damping: Array) -> Array:
+        """``int H_+ (k H_-^T + c H_-'^T)`` for every element, (n, L, L); jumps move with the motion."""
         moved = stiffness[:, :, None] * self.basis + damping[:, :, None] * self.slope
-        return np.asarray(self.project.T @ moved, dtype=float)
+        out = np.asarray(self.project.T @ moved, dtype=float)
+        if self.jumps is not None and key in self.jumps.by_motion:
+            h, tau = self.motion.harmonics, self.jumps.tau
+            out += (h.H_plus(tau).T / np.pi * self.jumps.by_motion[key]) @ h.H_minus(tau)
+        return out
 
     def _by_omega(self, damping: Mapping[tuple[int, int], Array]) -> dict[int, Array]:
         slopes: dict[int, Array] = {}
@@ -371,7 +378,12 @@ class _Sampled:
 
     def _by_parameter(self, name: str) -> ByPort:
         stepped = {**self.values, name: self.values[name] + 1j * _STEP}
-        return {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
+        out = {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
+        if self.jumps is not None and name in self.jumps.by_parameter:
+            at = self.motion.harmonics.H_plus(self.jumps.tau).T / np.pi
+            for i, part in self.jumps.by_parameter[name].items():
+                out[i] = out[i] + at @ part
+        return out
 
 
 _TOO_MANY = (
@@ -382,7 +394,23 @@ ByPorts = dict[tuple[int, int], Array]
 Slopes = Callable[[list[Array], list[Array], Mapping[str, Array]], tuple[ByPorts, ByPorts]]
 """Of motion and velocity in time, (n, times) for each port, and parameters (n, 1): ``(i, j) -> df_i/dq_j``, and those
 by the velocities."""
-Edges = Callable[[Motion, Mapping[str, Array]], Array]
+
+
+class Jumps(NamedTuple):
+    """Jumps in time of the force of one element, at phases ``tau`` (k,) that depend on its motion.
+
+    What they add to the derivative of a coefficient, ``-(1/pi) sum H_+(tau) [f_i] dtau``: the jump of the force, from
+    before ``tau`` to after, times the rate at which its phase moves.
+    """
+
+    tau: Array
+    by_motion: ByPorts
+    """``(i, j) -> -[f_i] dtau/dq_j``, (k,)."""
+    by_parameter: Mapping[str, Mapping[int, Array]]
+    """Of the parameters that ``tau`` depends on: ``i -> -[f_i] dtau/dparameter``, (k,)."""
+
+
+Edges = Callable[[Motion, Mapping[str, Array]], tuple[Array, Jumps | None]]
 MOST_PANELS = 5_000
 """Panels of one element."""
 _RESOLVED = 1e-10
@@ -395,7 +423,7 @@ _MIDDLE, _LAST = _SERIES[4:7].T.copy(), _SERIES[7:].T.copy()
 """Terms of a Legendre series through the values at the nodes."""
 
 
-def _one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[Motion, dict[str, Array]]:
+def one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[Motion, dict[str, Array]]:
     one = slice(e, e + 1)
     omega = np.asarray(motion.omega)
     own = motion._replace(
@@ -420,7 +448,12 @@ def moving(motion: Motion) -> Callable[[Array], tuple[Array, Array]]:
 
 
 def _resolved(
-    law: SampledLaw, motion: Motion, values: Mapping[str, Array], edges: Array, slopes: Slopes | None
+    law: SampledLaw,
+    motion: Motion,
+    values: Mapping[str, Array],
+    edges: Array,
+    jumps: Jumps | None,
+    slopes: Slopes | None,
 ) -> _Sampled:
     """One element at nodes of Gauss's rule in panels that resolve its force."""
     ends = np.unique(np.concatenate([base_edges(motion.harmonics), edges % (2.0 * np.pi)]))
@@ -447,7 +480,7 @@ def _resolved(
         width = np.repeat(part, _PARTS)
     begin, width = (np.concatenate(parts)[:, None] for parts in zip(*kept, strict=True))
     tau = (begin + 0.5 * width * (1.0 + _NODES)).ravel()
-    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel(), slopes)
+    return _Sampled(law, motion, values, tau, (0.5 * width * _WEIGHTS).ravel(), slopes, jumps)
 
 
 def base_edges(harmonics: Harmonics) -> Array:

@@ -18,11 +18,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipstick.contact.law import Interval, Law, Motion, Response, TimeSlopes, Variable
-from slipstick.contact.sampled import ByPorts, SampledLaw, base_edges, moving
+from slipstick.contact.sampled import ByPorts, Jumps, SampledLaw, base_edges, moving, one_element
 from slipstick.errors import Fault
 from slipstick.faults import SMALLEST, Gathering, number_or_numbers, same_length, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Numbers
+from slipstick.typing import Array, BoolArray, Numbers
 
 X, Y, SPIN = 0, 1, 2
 
@@ -184,10 +184,8 @@ class StatorContact(Law):
 
     def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
         """Intervals of slip, where the rotor touches the stator, and separation, of n elements, in rad."""
-        wide = Harmonics(2 * motion.harmonics.highest)
-        tau = 2.0 * np.pi * np.arange(wide.size) / wide.size
-        x, y = (np.atleast_2d(Q) @ motion.harmonics.H_minus(tau).T for Q in motion.Q[:2])
-        return [_touching(wide, square - gap * gap) for square, gap in zip(x * x + y * y, values["gap"], strict=True)]
+        elements = (one_element(motion, values, e) for e in range(len(motion.Q[0])))
+        return [_intervals(*_touches(own, float(at["gap"][0]))) for own, at in elements]
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Forces (n, k) at phases (k,)."""
@@ -228,33 +226,53 @@ _MOST_STEPS, _SLOPE_STEP = 60, 1e-5
 """Steps of the root search; difference of phase (rad) for the slope of the sliding velocity."""
 
 
-def _edges(motion: Motion, values: Mapping[str, Array]) -> Array:
-    """Ends of panels of one element: where contact begins or ends, and graded towards reversals of the sliding."""
-    kn, mu, gap, slow = (float(values[name][0]) for name in ("kn", "mu", "gap", "slip_velocity"))
+def _edges(motion: Motion, values: Mapping[str, Array]) -> tuple[Array, Jumps | None]:
+    """Ends of panels of one element: where contact begins or ends, and graded towards reversals of the sliding.
+
+    With them the jumps of the damping force where contact begins or ends.
+    """
+    kn, mu, gap, cn, slow = (float(values[name][0]) for name in ("kn", "mu", "gap", "cn", "slip_velocity"))
+    touched, rising, inside = _touches(motion, gap)
+    if (kn == 0.0 and cn == 0.0) or not (touched.size or inside):
+        return np.empty(0), None
+    jumps = _jumps(motion, touched, rising, mu, cn, slow) if cn != 0.0 and touched.size else None
+    turned, sliding = (_reversals(motion, gap, slow) if mu != 0.0 else np.empty(0)), _depth_and_slip(motion, gap)
+    if not turned.size:
+        return touched, jumps
+    near, far = (sliding(turned + step)[1] for step in (-_SLOPE_STEP, _SLOPE_STEP))
+    reach = 2.0 * _SLOPE_STEP * slow / np.maximum(np.abs(far - near), 1e-300)[:, None] * _GRADES
+    beside = np.where(reach < 0.5 * base_edges(motion.harmonics)[1], reach, 0.0)
+    at = turned[:, None]
+    return np.concatenate([touched, turned, (at + beside).ravel(), (at - beside).ravel()]), jumps
+
+
+def _jumps(motion: Motion, tau: Array, rising: BoolArray, mu: float, cn: float, slow: float) -> Jumps:
+    """Contact begins with the force ``cn r'`` outwards and its friction, at a phase that moves by ``-dr / r'``."""
+    (x, y, _), (dx, dy, speed) = moving(motion)(tau)
+    omega = float(np.reshape(motion.omega, -1)[0])
+    r = np.hypot(x, y)
+    cos, sin, slip = x / r, y / r, omega * (speed + (x * dy - y * dx) / r)
+    friction = mu * slip / np.hypot(slip, slow or 1.0)
+    size = np.where(rising, cn * omega, -cn * omega)
+    by_depth = [size * (cos - friction * sin), size * (sin + friction * cos), size * friction]
+    by_motion = {(i, j): part * along for i, part in enumerate(by_depth) for j, along in ((X, cos), (Y, sin))}
+    return Jumps(tau, by_motion, {"gap": {i: -part for i, part in enumerate(by_depth)}})
+
+
+def _reversals(motion: Motion, gap: float, slow: float) -> Array:
+    """Phases at which the sliding reverses while the rotor touches."""
     base = base_edges(motion.harmonics)
-    width = base[1]
-    tau = np.arange(_GRID * base.size + 1) * (width / _GRID)
+    tau = np.arange(_GRID * base.size + 1) * (base[1] / _GRID)
     sampled = _depth_and_slip(motion, gap)
     depth, slip = sampled(tau)
-    touches = (depth[:-1] > 0.0) != (depth[1:] > 0.0)
-    turns = ((slip[:-1] > 0.0) != (slip[1:] > 0.0)) & (touches | (depth[1:] > 0.0))
-    if mu == 0.0:
-        turns[:] = False
-    place, turn = (
-        np.flatnonzero(np.concatenate([touches, turns])) % touches.size,
-        np.repeat([False, True], [touches.sum(), turns.sum()]),
-    )
-    if not place.size or kn == 0.0:
-        return np.empty(0)
-    a, b = tau[place], tau[place + 1]
-    fa, fb = (np.where(turn, slip[place + i], depth[place + i]) for i in (0, 1))
-    fine = np.where(turn, 0.05 * slow, 1e-14 * gap)  # the damping force jumps where contact begins
-    before = np.zeros(place.size)
-    for _ in range(_MOST_STEPS):  # the Illinois method
+    closed = depth > 0.0
+    place = np.flatnonzero(((slip[:-1] > 0.0) != (slip[1:] > 0.0)) & (closed[:-1] | closed[1:]))
+    a, b, fa, fb = tau[place], tau[place + 1], slip[place], slip[place + 1]
+    at, before = a, np.zeros(place.size)
+    for _ in range(_MOST_STEPS if place.size else 0):  # the Illinois method
         at = b - fb * (b - a) / (fb - fa)
-        depth, slip = sampled(at)
-        f = np.where(turn, slip, depth)
-        if np.all((np.abs(f) <= fine) | (b - a < 1e-14)):
+        f = sampled(at)[1]
+        if np.all((np.abs(f) <= 0.05 * slow) | (b - a < 1e-14)):
             break
         left = (f > 0.0) == (fa > 0.0)
         side = np.where(left, 1.0, -1.0)
@@ -262,13 +280,7 @@ def _edges(motion: Motion, values: Mapping[str, Array]) -> Array:
         a, fa = np.where(left, at, a), np.where(left, f, kept * fa)
         b, fb = np.where(left, b, at), np.where(left, kept * fb, f)
         before = side
-    turned = at[turn][:, None]
-    if not turned.size:
-        return at
-    near, far = (sampled(turned[:, 0] + step)[1] for step in (-_SLOPE_STEP, _SLOPE_STEP))
-    reach = 2.0 * _SLOPE_STEP * slow / np.maximum(np.abs(far - near), 1e-300)[:, None] * _GRADES
-    beside = np.where(reach < 0.5 * width, reach, 0.0)
-    return np.concatenate([at, (turned + beside).ravel(), (turned - beside).ravel()])
+    return at
 
 
 def _depth_and_slip(motion: Motion, gap: float) -> Callable[[Array], tuple[Array, Array]]:
@@ -283,20 +295,32 @@ def _depth_and_slip(motion: Motion, gap: float) -> Callable[[Array], tuple[Array
     return at
 
 
-def _touching(harmonics: Harmonics, samples: Array) -> list[Interval]:
-    """States from samples (L,) over a period of ``r^2 - gap^2``, a trigonometric polynomial of these orders."""
-    lines = np.fft.rfft(samples) / samples.size
-    p = np.concatenate([lines.real[:1], np.stack([2.0 * lines.real[1:], -2.0 * lines.imag[1:]], axis=1).ravel()])
-    from slipstick.trig.roots import roots  # compiled: reading and checking a case needs none
-
-    at, rising = roots(harmonics, p)
+def _intervals(at: Array, rising: BoolArray, inside: bool) -> list[Interval]:
+    """States between the phases at which contact begins or ends."""
     if not at.size:
-        return [(0.0, 2.0 * np.pi, "slip" if p[0] > 0.0 else "separation")]
+        return [(0.0, 2.0 * np.pi, "slip" if inside else "separation")]
     ends = [*at[1:].tolist(), float(at[0]) + 2.0 * np.pi]
     return [
         (start, end, "slip" if up else "separation")
         for start, end, up in zip(at.tolist(), ends, rising.tolist(), strict=True)
     ]
+
+
+def _touches(motion: Motion, gap: float) -> tuple[Array, BoolArray, bool]:
+    """Phases (k,) at which one element begins or ends to touch, whether it begins there, and whether it touches at 0.
+
+    They are all the roots of ``r^2 - gap^2``, a trigonometric polynomial of twice the order: no contact is too short.
+    """
+    from slipstick.trig.roots import roots  # compiled: reading and checking a case needs none
+
+    wide = Harmonics(range(2 * motion.harmonics.highest + 1))
+    tau = 2.0 * np.pi * np.arange(wide.size) / wide.size
+    x, y = (np.reshape(Q, -1) @ motion.harmonics.H_minus(tau).T for Q in motion.Q[:2])
+    samples = x * x + y * y - gap * gap
+    lines = np.fft.rfft(samples) / samples.size
+    p = np.concatenate([lines.real[:1], np.stack([2.0 * lines.real[1:], -2.0 * lines.imag[1:]], axis=1).ravel()])
+    at, rising = roots(wide, p)
+    return at, rising, bool(samples[0] > 0.0)
 
 
 def _number(name: str, value: Any, least: float) -> Any:
