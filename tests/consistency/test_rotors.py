@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import slipstick as ss
+from slipstick.errors import Outcome
 from slipstick.models.rotor import TURN, jeffcott_rotor
 
 
@@ -228,3 +229,27 @@ def test_a_rotor_that_bounces_in_its_stator_against_time_integration() -> None:
     branch = ss.steady_response(problem, omega=4.0, stability=True)
     assert branch.check_in_time(0).relative_difference < 2e-3
     assert float(branch.dataset.dissipated_power.values[0, 0]) > 0.0
+
+
+def test_a_damped_stator_lost_for_part_of_the_period_does_not_slow_the_curve_down() -> None:
+    """Steps stay those of a smooth curve where short separations begin, whose damping forces begin and end there."""
+    structure = ss.MatrixStructure(
+        M=np.diag([1.0, 1.3]), C=np.diag([0.6, 0.8]), K=[[60.0, -12.0], [-12.0, 50.0]], dofs=["x", "y"]
+    )
+    law = ss.models.StatorContact(kn=80.0, gap=0.5, mu=0.2, cn=2.0, slip_velocity=0.1)
+    pair = ss.ContactPair(
+        name="stator", contact=law, ports={"x": "x", "y": "y"}, rubbing=ss.RubbingMotion(velocity=-30.0)
+    )
+    loads = [ss.Load(dof="x", sin=100.0), ss.Load(dof="y", cos=60.0)]
+    problem = ss.Problem(structure, contacts=[pair], loads=loads, harmonics=range(16))
+    branch = ss.forced_response(problem, (8.8, 9.2))
+    assert branch.outcome is Outcome.COMPLETED
+    steps = branch.dataset["newton_iterations"].to_numpy()
+    assert len(branch) < 130  # steps are at most 1/60 of the range; thousands before
+    assert steps.mean() < 6.0
+    motions = branch.dataset["displacement"].to_numpy()
+    h = problem.harmonics
+    tau = np.linspace(0.0, 2.0 * np.pi, 4000)
+    closed = [np.mean(np.hypot(h.H_minus(tau) @ x, h.H_minus(tau) @ y) > 0.5) for x, y in motions]
+    assert min(closed) < 0.97  # the rotor loses the stator
+    assert max(closed) == 1.0  # and does not

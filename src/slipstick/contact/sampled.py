@@ -424,6 +424,7 @@ _MIDDLE, _LAST = _SERIES[4:7].T.copy(), _SERIES[7:].T.copy()
 
 
 def one_element(motion: Motion, values: Mapping[str, Array], e: int) -> tuple[Motion, dict[str, Array]]:
+    """Motion and parameters of one element among n."""
     one = slice(e, e + 1)
     omega = np.asarray(motion.omega)
     own = motion._replace(

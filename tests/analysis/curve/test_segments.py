@@ -97,6 +97,21 @@ def test_a_gap_keeps_the_fault_and_is_named():
     assert "between 5 and 9 nothing was found" in text
 
 
+@pytest.mark.parametrize(
+    ("start", "stop", "ends", "covered"),
+    [
+        (2.0, 1e12, (87.0, 16300.0), False),  # 1.6e-8 of the range, and many resonances
+        (2.0, 15.0, (5.0, 5.0 + 1e-6), True),
+        (-1.0, 1.0, (-1e-9, 1e-9), True),  # the jump at a velocity of zero
+        (0.0, 1.0, (1e-12, 1e-8), True),
+    ],
+)
+def test_a_gap_is_judged_by_the_value_there_too(start, stop, ends, covered):
+    first = part(1, start, stop, [start, ends[0]], Outcome.STEP_TOO_SMALL)
+    second = part(2, stop, start, [stop, ends[1]], Outcome.STEP_TOO_SMALL)
+    assert joined([first, second])[0] is (Outcome.COMPLETED if covered else Outcome.STEP_TOO_SMALL)
+
+
 def test_nothing_from_either_end():
     first, second = part(1, 2.0, 15.0, [], Outcome.NO_FIRST_POINT), part(2, 15.0, 2.0, [], Outcome.NO_FIRST_POINT)
     outcome, text = joined([first, second])
