@@ -180,9 +180,30 @@ def test_motion_held_with_the_set_is_the_first_newton_step_of_the_wider_set(seed
     one = truncation_module._Wider(Outputs(balance, ()), x[None], np.array([omega]), inputs, wide)
     reactions = EachReaction([Reaction(small.evaluate(x, omega).jacobian)])
     free = one.moved(one.force)
-    change = one.with_reaction(np.array([0]), one.held(0, free[0], reactions)[None], reactions)[0]
+    change = one.with_reaction(np.array([0]), one.held(np.array([0]), free[:1], reactions), reactions)[0]
     assert np.abs(step).max() > 1e-9 * np.abs(x).max()
     np.testing.assert_allclose(change.ravel(), step, rtol=0, atol=1e-9 * np.abs(step).max() + 1e-13 * np.abs(x).max())
+
+
+@pytest.mark.parametrize("with_set", [False, True])
+def test_many_points_are_held_as_each_alone(with_set: bool) -> None:
+    problem, omega = random_case(3, range(6), True)
+    balance, omegas = Balance(problem), omega * np.array([0.9, 1.0, 1.1])
+    x = np.random.default_rng(0).normal(size=(3, balance.size))
+    system, outputs = FrequencySystem(balance, problem.inputs), Outputs(balance, ())
+    wide = with_further(problem.harmonics)
+    reactions = EachReaction([Reaction(system.evaluate(*at).jacobian) for at in zip(x, omegas, strict=True)])
+
+    def held(points: slice) -> Array:
+        some = Assigned.of([problem.inputs] * len(x[points]))
+        wider = truncation_module._Wider(outputs, x[points], omegas[points], some, wide)
+        free, at = wider.moved(wider.force), np.arange(len(x[points]))
+        return wider.held(at, free, reactions.at(points) if with_set else None)
+
+    together = held(slice(0, 3))
+    for i in range(3):
+        alone = held(slice(i, i + 1))[0]
+        np.testing.assert_allclose(together[i], alone, rtol=0, atol=1e-12 * np.abs(alone).max())
 
 
 def test_odd_harmonics_under_rubbing_are_warned_of() -> None:

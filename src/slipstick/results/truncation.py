@@ -112,8 +112,8 @@ class Reactions(Protocol):
         """Changes (k, N) of some points with their residuals (k, N)."""
         ...
 
-    def across(self, point: int, residuals: Array) -> Array:
-        """Changes (N, k) of one point with several residuals (N, k), before it follows the branch back."""
+    def across(self, which: IntArray, residuals: Array) -> Array:
+        """Changes (k, N, r) of some points with several residuals (k, N, r), before they follow the branch back."""
         ...
 
 
@@ -132,13 +132,16 @@ class EachReaction(Reactions):
         """The reactions of some points."""
         return EachReaction([self._each[i] for i in np.arange(len(self._each))[which].tolist()])
 
-    def across(self, point: int, residuals: Array) -> Array:
-        """One solve for all."""
-        one = self._each[point]
-        assert one is not None
-        if one.tangent is None:
-            return one.jacobian.solve(residuals)
-        return one.jacobian.solve(np.vstack([residuals, np.zeros(residuals.shape[1])]))[:-1]
+    def across(self, which: IntArray, residuals: Array) -> Array:
+        """One solve for each point."""
+        reactions = [one for i in which.tolist() if (one := self._each[i]) is not None]
+        out = np.empty(residuals.shape)
+        for k, (one, right) in enumerate(zip(reactions, residuals, strict=True)):
+            if one.tangent is None:
+                out[k] = one.jacobian.solve(right)
+            else:
+                out[k] = one.jacobian.solve(np.vstack([right, np.zeros(right.shape[1])]))[:-1]
+        return out
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
         """One solve for each point."""
@@ -184,18 +187,19 @@ def truncation(
     more = largest_deviation(wide, added).max(axis=1, initial=0.0)
     dense, small = balance.backend.name == "dense", wider.size <= _LARGEST_SYSTEM
     together = reactions.known & (dense and small and wider.size * balance.size <= _LARGEST_BOTH)
-    for point in np.flatnonzero(~together & (more > _STIFF * largest) & small).tolist():
-        one = wider.held(point, added[point])
-        less = float(largest_deviation(wide, one).max(initial=0.0))
-        if less < more[point]:
-            added[point], more[point] = one, less
+    at = np.flatnonzero(~together & (more > _STIFF * largest) & small)
+    if at.size:
+        held_there = wider.held(at, added[at])
+        less = largest_deviation(wide, held_there).max(axis=1, initial=0.0)
+        smaller = less < more[at]
+        added[at[smaller]], more[at[smaller]] = held_there[smaller], less[smaller]
     at = np.flatnonzero(reactions.known & (more > (_WORTH if dense else _WORTH_ITERATIONS) * largest))
     if at.size:
         more[at] = largest_deviation(wide, wider.with_reaction(at, added[at], reactions)).max(axis=1, initial=0.0)
     at = np.flatnonzero(together & (more > _STIFF * largest))
     if at.size:
-        them = np.array([wider.held(point, added[point], reactions) for point in at.tolist()])
-        by_all = largest_deviation(wide, wider.with_reaction(at, them, reactions)).max(axis=1, initial=0.0)
+        passed = wider.held(at, added[at], reactions)
+        by_all = largest_deviation(wide, wider.with_reaction(at, passed, reactions)).max(axis=1, initial=0.0)
         more[at] = np.minimum(more[at], by_all)
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
@@ -260,30 +264,55 @@ class _Wider:
             change[:, b.n_ports :, self._kept] = moved(self._outputs.receptance, b.orders, G[..., 1:], *where)
         return change
 
-    def held(self, p: int, free: Array, reactions: Reactions | None = None) -> Array:
-        """Motion of the further orders at a point where the contacts' stiffness acts on it, of that without, ``free``.
+    def held(self, at: IntArray, free: Array, reactions: Reactions | None = None) -> Array:
+        """Motions of the further orders at some points where the contacts' stiffness acts on them, of those without,
+        ``free``.
 
         ``(1 + A D) X = free``: stiff contacts let pass far less than their forces would move the structure alone. With
         ``reactions`` the set moves as well, and ``D`` is the stiffness that is left of the contacts then.
         """
-        b, new, kept, ports = self._balance, self._new, self._kept, self._balance.n_ports
-        stiffness = self._stiffness(p)
+        out, together = free.copy(), max(1, _HELD // (self._balance.n_ports * self._L) ** 2)
+        for first in range(0, at.size, together):
+            part = slice(first, first + together)
+            out[part] = self._held(at[part], free[part], reactions)
+        return out
+
+    def _held(self, at: IntArray, free: Array, reactions: Reactions | None) -> Array:
+        b, new, kept, ports, k = self._balance, self._new, self._kept, self._balance.n_ports, at.size
+        stiffness = self._stiffness(at)
         D = _part(stiffness, new, new)
-        omega, structure = float(self._omega[p]), self._structures[p]
         if reactions is not None:
-            compliance = b.compliance(omega, structure)
-            assert isinstance(compliance, Compliance)  # of a dense Jacobian
-            right = _products(compliance.value, _part(stiffness, kept, new)).reshape(b.size, -1)
-            back = _part(stiffness, new, kept).reshape(-1, b.size)
-            D -= (back @ reactions.across(p, right)).reshape(D.shape)
-        value = Compliance(b.receptance.adjusted(structure), self._orders, omega).value
-        value[:, :, 0] = 0.0
-        still = np.zeros((ports, 1, self.size))
-        passing = np.eye(self.size) + _products(value, np.concatenate([still, D], axis=1))[:, 1:].reshape(self.size, -1)
-        X = solution(passing, free[:ports, new].ravel())
-        if X is None:
-            return free
-        return self.moved(self.force[p : p + 1] + D @ X, slice(p, p + 1))[0]
+            right = _products(self._of_set(at), _part(stiffness, kept, new)).reshape(k, b.size, -1)
+            back = _part(stiffness, new, kept).reshape(k, -1, b.size)
+            D -= (back @ reactions.across(at, right)).reshape(D.shape)
+        A = self._conjugates(self._orders, at)
+        A[..., 0] = 0.0
+        still = np.zeros((k, ports, 1, self.size))
+        answered = _products(A, np.concatenate([still, D], axis=2))[:, :, 1:]
+        passing = np.eye(self.size) + answered.reshape(k, self.size, -1)
+        solved = [solution(one, X.ravel()) for one, X in zip(passing, free[:, :ports, new], strict=True)]
+        found = np.array([i for i, X in enumerate(solved) if X is not None], dtype=np.intp)  # others: exactly singular
+        out = free.copy()
+        if found.size:
+            X = np.array([solved[i] for i in found])
+            out[found] = self.moved(self.force[at[found]] + (D[found] @ X[:, None, :, None])[..., 0], at[found])
+        return out
+
+    def _of_set(self, at: IntArray) -> ComplexArray:
+        """``conj(A)`` of the orders of the set at some points, as the Jacobians are made with."""
+        b = self._balance
+        if b.springs is None and at.size > 1:
+            return self._conjugates(b.orders, at)
+        each = [b.compliance(float(self._omega[i]), self._structures[i]) for i in at.tolist()]
+        return np.array([one.value for one in each if isinstance(one, Compliance)])  # dense Jacobians have no others
+
+    def _conjugates(self, orders: Array, at: IntArray) -> ComplexArray:
+        """``conj(A)`` (k, n_columns, n_ports, 1 + n_orders) at some points."""
+        receptance, omega = self._balance.receptance, self._omega[at]
+        both = np.empty((at.size, 2, *receptance.static.shape[::-1], orders.size + 1), dtype=complex)
+        for adjusted, part in receptance.adjusted_runs([self._structures[i] for i in at.tolist()]):
+            adjusted.conjugates_of(orders, omega[part], both[part])
+        return both[:, 0]
 
     @cached_property
     def _places(self) -> list[dict[tuple[int, int], tuple[IntArray, IntArray, IntArray]]]:
@@ -299,30 +328,31 @@ class _Wider:
             out.append(places)
         return out
 
-    def _stiffness(self, p: int) -> Array:
-        """Derivatives (n_ports, n_ports, L', L') of all forces by all motions, at a point."""
+    def _stiffness(self, at: IntArray) -> Array:
+        """Derivatives (k, n_ports, n_ports, L', L') of all forces by all motions, at some points."""
         ports = self._balance.n_ports
-        T = np.zeros((ports * ports, self._L, self._L))
+        T = np.zeros((at.size, ports * ports, self._L, self._L))
         for by_pair, places in zip(self._tangents, self._places, strict=True):
             for pair, tangent in by_pair.items():
                 # elements may have ports in common: sums of those at each place, many times faster than np.add.at
-                members, at, starts = places[pair]
-                T[at] += np.add.reduceat(tangent[p, members], starts)
-        return T.reshape(ports, ports, self._L, self._L)
+                members, place, starts = places[pair]
+                T[:, place] += np.add.reduceat(tangent[np.ix_(at, members)], starts, axis=1)
+        return T.reshape(at.size, ports, ports, self._L, self._L)
 
 
 def _part(stiffness: Array, rows: IntArray, columns: IntArray) -> Array:
-    """Those (n_ports, k, n_ports * l) of k coefficients of the forces by l of the motions."""
-    part = stiffness[:, :, rows[:, None], columns].transpose(0, 2, 1, 3)
-    return part.reshape(*part.shape[:2], -1)
+    """Those (k, n_ports, r, n_ports * c) of r coefficients of the forces by c of the motions."""
+    part = stiffness[..., rows[:, None], columns].swapaxes(2, 3)
+    return part.reshape(*part.shape[:3], -1)
 
 
 def _products(value: ComplexArray, F: Array) -> Array:
-    """``A F`` (n_rows, L, k) of forces at the ports (n_ports, L, k), by ``conj(A)`` as a ``Compliance`` has it."""
-    A, out = value[: len(F)].transpose(2, 1, 0), np.empty((value.shape[1], *F.shape[1:]))
-    out[:, 0] = A[0].real @ F[:, 0]
-    z = A[1:] @ (F[:, 1::2] + 1j * F[:, 2::2]).transpose(1, 0, 2)
-    out[:, 1::2], out[:, 2::2] = z.real.transpose(1, 0, 2), z.imag.transpose(1, 0, 2)
+    """``A F`` (k, n_rows, L, c) of forces at the ports (k, n_ports, L, c), by ``conj(A)``."""
+    A = value[:, : F.shape[1]].transpose(0, 3, 2, 1)
+    out = np.empty((len(F), A.shape[2], *F.shape[2:]))
+    out[:, :, 0] = A[:, 0].real @ F[:, :, 0]
+    z = A[:, 1:] @ (F[:, :, 1::2] + 1j * F[:, :, 2::2]).swapaxes(1, 2)
+    out[:, :, 1::2], out[:, :, 2::2] = z.real.swapaxes(1, 2), z.imag.swapaxes(1, 2)
     return out
 
 

@@ -420,6 +420,10 @@ class ModalReceptance(SummedReceptance):
 
     def conjugates_of(self, orders: Array, omega: Array, out: ComplexArray) -> None:
         """``conjugates`` at frequencies (n,), see ``Receptance``: bit for bit those of single frequencies."""
+        if self._many:
+            for one, w in zip(out, omega, strict=True):
+                one[:] = self.conjugates(orders, float(w))
+            return
         from slipstick.structure.kernel.modal_sums import modal_sums_of_many
 
         sums = self._static, *self._different_products, self._stiffness, self._damping, self._rest

@@ -115,8 +115,11 @@ class _Reactions:
     def at(self, which: Any) -> _Reactions:
         return replace(self, near=self.near[which], tangents=self.tangents[which], bends=self.bends[which])
 
-    def across(self, point: int, residuals: Array) -> Array:
-        return self.factors.solve(np.repeat(self.near[point], residuals.shape[1]), residuals.T)[:, :-1].T
+    def across(self, which: IntArray, residuals: Array) -> Array:
+        k, N, r = residuals.shape
+        right = residuals.swapaxes(1, 2).reshape(k * r, N)
+        z = self.factors.solve(np.repeat(self.near[which], r), right)[:, :-1]
+        return z.reshape(k, r, N).swapaxes(1, 2)
 
     def answers(self, which: IntArray, residuals: Array) -> Array:
         z = self.factors.solve(self.near[which], residuals)
