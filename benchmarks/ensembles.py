@@ -2,11 +2,13 @@
 
     OMP_NUM_THREADS=1 python benchmarks/ensembles.py [CASES]
     OMP_NUM_THREADS=1 python benchmarks/ensembles.py sizes [CASES]
+    OMP_NUM_THREADS=1 python benchmarks/ensembles.py truncation [CASES]
 
 The oscillator with a friction contact of random stiffness, friction coefficient and normal load, harmonics 0..10, 2 to
 15 rad/s, with and without rubbing. Peaks of the first cases are set against those of ``ss.forced_response``. ``sizes``:
 chains of such oscillators, followed in lockstep, each alone, and as a study chooses; it says up to how many unknowns
-lockstep pays, which ``slipstick.analysis.curve.lockstep.MOST_UNKNOWNS`` holds.
+lockstep pays, which ``slipstick.analysis.curve.lockstep.MOST_UNKNOWNS`` holds. ``truncation``:
+the share of a study that the estimate of the harmonics left out takes, with contacts 1 to 100 times as stiff.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from clocks import interleaved, one_thread
 
 import slipstick as ss
 from slipstick.analysis.curve import lockstep
+from slipstick.results import record
 from slipstick.verify.cases import oscillator
 
 Row = dict[str, Any]
@@ -116,9 +119,43 @@ def _of_size(contacts: int, harmonics: int, cases: int) -> Row:
     }  # fmt: skip
 
 
+def truncation_share(cases: int = 64) -> Iterator[Row]:
+    """Share of the processor time of lockstep studies, and of the points whose estimate is above 0.001."""
+    known = record.truncation
+    for harmonics in (11, 6):
+        seconds, estimates = [0.0], list[Any]()
+
+        def timed(*given: Any, seconds: list[float] = seconds, estimates: list[Any] = estimates) -> Any:
+            begin = time.process_time()
+            estimates.append(known(*given))
+            seconds[0] += time.process_time() - begin
+            return estimates[-1]
+
+        problem = oscillator(velocity=10.0, harmonics=range(harmonics))
+        values = {"damper.kt": np.geomspace(100.0, 1e4, cases).tolist()}
+        record.truncation = timed
+        try:
+            with one_thread(), warnings.catch_warnings():
+                warnings.simplefilter("ignore", ss.SlipstickWarning)
+                ss.study(problem, {"damper.kt": [100.0, 200.0]}, omega=SPAN, workers=1)
+                seconds[0], begin = 0.0, time.process_time()
+                estimates.clear()
+                ss.study(problem, values, omega=SPAN, workers=1)
+                whole = time.process_time() - begin
+        finally:
+            record.truncation = known
+        share = np.mean(np.concatenate(estimates) > 1e-3)
+        yield {
+            "harmonics": harmonics - 1, "share of the time": seconds[0] / whole, "points above 0.001": share,
+            "ms a case": 1e3 * whole / cases,
+        }  # fmt: skip
+
+
+WAYS = {"sizes": by_size, "truncation": truncation_share}
+
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["sizes"]:
-        for row in by_size(*map(int, sys.argv[2:3])):
+    if sys.argv[1:2] and sys.argv[1] in WAYS:
+        for row in WAYS[sys.argv[1]](*map(int, sys.argv[2:3])):
             print({name: round(float(value), 2) for name, value in row.items()}, flush=True)
     else:
         for row in measure(*map(int, sys.argv[1:2])):
