@@ -15,7 +15,7 @@ from typing import ParamSpec, TypeVar
 
 from slipstick.errors import InputError, SlipstickWarning, TimeIsUp, reason_of
 from slipstick.runs.failures import fault_sentence, internal_sentence, os_sentence
-from slipstick.runs.folder import REPORT
+from slipstick.runs.folder import REPORT, OutputFolder
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -80,6 +80,12 @@ def say_results(folder: Path, files: str = "", *, reported: bool) -> None:
     say(f"results in {folder}/{f': {files}' if files else ''}")
     if reported:
         say_page(folder / REPORT)
+
+
+def say_untouched(place: OutputFolder) -> None:
+    """Print, of results that are not complete, that the earlier ones are still there."""
+    if place.replaces:
+        complain(f"the earlier results in {place.folder} are untouched; the new ones are not complete")
 
 
 def say_page(page: Path) -> None:

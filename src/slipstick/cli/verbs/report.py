@@ -108,7 +108,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     """Write the report of a study from its file ``study.nc`` and the curves beside it; the path."""
     from slipstick.io.loading import load_dataset
     from slipstick.report.writing import write_study_report
-    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
+    from slipstick.studies import CURVES_FILE, STUDY_FILE
 
     if path.name == CURVES_FILE and (path.parent / STUDY_FILE).is_file():
         raise InputError(f"{path}: holds the curves of a study; give its {STUDY_FILE}, or its folder")
