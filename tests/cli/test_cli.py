@@ -660,6 +660,13 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
     page = tmp_path / "page.md"
     assert slipstick("verify", "--markdown", str(page)).exit_code == 0
     assert "| C1 | holds | 1 | 1 |  | ok |" in page.read_text(encoding="utf-8")
+    page.write_text("of the user")
+    refused = slipstick("verify", "--markdown", str(page))
+    assert refused.exit_code == 2
+    assert told(refused).strip() == f"error: {page}: is there already; choose another name, or --force to replace it"
+    assert page.read_text() == "of the user"
+    assert slipstick("verify", "--markdown", str(page), "--force").exit_code == 0
+    assert "| C1 | holds" in page.read_text(encoding="utf-8")
     refused = slipstick("verify", "--markdown", str(tmp_path / "no" / "page.md"))
     assert refused.exit_code == 2
     assert "cannot be written" in refused.output

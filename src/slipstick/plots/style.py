@@ -12,7 +12,7 @@ from cycler import cycler
 
 from slipstick.faults import wrong
 from slipstick.plots.shown import by_pyplot
-from slipstick.replacing import writing
+from slipstick.replacing import ANY, Kind, writing
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -207,8 +207,12 @@ def over_decades(values: Iterable[np.ndarray]) -> bool:
     return bool(known.size) and bool(known.max() >= DECADES * known.min())
 
 
+_KINDS = {".png": Kind("PNG", b"\x89PNG"), ".svg": Kind("SVG", b"<svg"), ".pdf": Kind("PDF", b"%PDF")}
+"""By the ending of the file."""
+
+
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:
-    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written.
+    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written. They replace earlier figures.
 
     Parameters
     ----------
@@ -227,7 +231,7 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     Raises
     ------
     InputError
-        For an ending that matplotlib does not write.
+        For an ending that matplotlib does not write, and where there is another file that is no figure.
 
     Examples
     --------
@@ -252,6 +256,6 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in formats]
     for path in paths:
         metadata = {"Date": None} if path.suffix == ".svg" else {}
-        with writing(path) as temporary:
+        with writing(path, _KINDS.get(path.suffix, ANY)) as temporary:
             figure.savefig(temporary, format=path.suffix.removeprefix("."), dpi=150, metadata=metadata)
     return paths

@@ -86,7 +86,7 @@ def table_page(rows: Iterable[Row], version: str) -> str:
         "# Verification table\n",
         f"{holding} of {len(rows)} checks pass, slipstick {version}.\n"
         "Your installation: `slipstick verify`, half a minute.\n"
-        "This page: `slipstick verify --markdown docs/validation.md`.\n",
+        "This page: `slipstick verify --markdown docs/validation.md --force`.\n",
     ]
     for title, (names, about) in SECTIONS.items():
         section = [row for row in rows if row.name.rstrip("0123456789") in names]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from slipstick.cli.options import ForceFile, refuse_file
 from slipstick.cli.terminal.guard import say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
@@ -46,7 +47,7 @@ def import_(
         list[str] | None, typer.Option(help="Multiply the numbers of the files: length=25.4e-3; mass, force, time too.")
     ] = None,
     to: Annotated[str | None, typer.Option(help='Convert from --units to these: SI, or "N, mm, t, s".')] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
+    force: ForceFile = False,
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
     from slipstick.faults import Gathering
@@ -130,8 +131,8 @@ def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str]]:
     return factors or None, []
 
 
-def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:
-    faults = [
+def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str | Fault]:
+    faults: list[str | Fault] = [
         f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}"
         for path in files
         if not path.is_file()
@@ -142,6 +143,10 @@ def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:
         faults.append(f"-o {output}: found a folder; expected a file such as model.h5")
     elif not output.parent.is_dir():
         faults.append(f"-o {output}: the folder {output.parent} is not there; make it first")
-    elif output.exists() and not force:
-        faults.append(f"{output}: is there already; choose another name with -o, or --force to replace it")
+    else:
+        from slipstick.faults import Gathering
+
+        gathering = Gathering()
+        gathering.take(refuse_file, output, force=force)
+        faults += gathering.faults
     return faults

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.options import results_files
+from slipstick.cli.options import ForceFile, refuse_file, results_files
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
@@ -54,12 +54,13 @@ def verify(
     markdown: Annotated[
         Path | None, typer.Option(help="Without RESULTS: also write the table to this file, as markdown.")
     ] = None,
+    force: ForceFile = False,
 ) -> int:
     """Check this installation against closed forms and reference values, or points of RESULTS by time integration."""
     if results is None:
         if point or at:
             raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
-        return show_verification(only, answer, markdown)
+        return show_verification(only, answer, markdown, force=force)
     if only is not None:
         raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
     if markdown is not None:
@@ -67,13 +68,13 @@ def verify(
     return verify_results(results, point or (), at or (), tolerance, answer)
 
 
-def show_verification(only: str | None, answer: Answer, markdown: Path | None = None) -> int:
+def show_verification(only: str | None, answer: Answer, markdown: Path | None = None, *, force: bool = False) -> int:
     """Run the checks and print their table; 1 if any fails. ``markdown``: the file that gets the table, too.
 
     Raises
     ------
     InputError
-        If no check has the name asked for, or the file cannot be written.
+        If no check has the name asked for, the file cannot be written, or is there and not to be replaced (``force``).
     """
     from slipstick.verify import run
 
@@ -81,6 +82,8 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
         raise unwritable(f"--markdown {markdown}", f"there is no folder {markdown.parent}")
     if markdown is not None and markdown.is_dir():
         raise unwritable(f"--markdown {markdown}", "found a folder; expected a file such as table.md")
+    if markdown is not None:
+        refuse_file(markdown, force=force)
     prepare_kernel(say)
     rows: list[Row] = []
     live = sys.stderr.isatty()
