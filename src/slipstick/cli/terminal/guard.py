@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning, TimeIsUp, reason_of
+from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp, reason_of
 from slipstick.runs.failures import fault_sentence, internal_sentence, os_sentence
 from slipstick.runs.folder import REPORT, OutputFolder
 
@@ -91,6 +91,11 @@ def say_untouched(place: OutputFolder) -> None:
 def say_page(page: Path) -> None:
     """Print the page to open."""
     say(f"open {page} in a browser")
+
+
+def stopped_code(outcome: Outcome | None, found: int) -> int:
+    """The exit code of what stopped early, with so many points, cases or periods."""
+    return INTERRUPTED if outcome is Outcome.INTERRUPTED and not found else STOPPED
 
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:

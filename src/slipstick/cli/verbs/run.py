@@ -26,13 +26,13 @@ from slipstick.cli.terminal.answers import Answer, case_answer, files_in, result
 from slipstick.cli.terminal.guard import (
     BAD_INPUT,
     DONE,
-    STOPPED,
     complain,
     prepare_kernel,
     report_or_warn,
     say,
     say_results,
     say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
     warnings_said,
@@ -140,7 +140,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
         options.answer.update(_answer(run))
     if run.complete:
         return DONE
-    return BAD_INPUT if run.failures and not run.points else STOPPED
+    return BAD_INPUT if run.failures and not run.points else stopped_code(run.outcome, run.points)
 
 
 def _doubled(run: CaseRun) -> list[Answer]:

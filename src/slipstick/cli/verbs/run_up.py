@@ -11,7 +11,6 @@ from slipstick.cli.options import CasePath, Force, Quiet, Report, RunOptions, Ti
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
-    STOPPED,
     complain,
     prepare_kernel,
     quietly,
@@ -19,12 +18,13 @@ from slipstick.cli.terminal.guard import (
     say,
     say_results,
     say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
-from slipstick.errors import InputError, reason_of
+from slipstick.errors import InputError, Outcome, reason_of
 from slipstick.runs.folder import PASSED, REPORT, OutputFolder
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def computed(read: Case, place: OutputFolder, options: RunOptions) -> int:
         say(f"go on with: slipstick resume {place.folder}")
     say_untouched(place)
     answer |= files_in(place.work)
-    return DONE if done else STOPPED
+    return DONE if done else stopped_code(Outcome[data.attrs["outcome"]], data.sizes["period"])
 
 
 def _summary(run: Any, of: str, read: Any) -> dict[str, Any]:

@@ -30,11 +30,12 @@ from slipstick.cli.terminal.guard import (
     say,
     say_results,
     say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.errors import InputError, reason_of
+from slipstick.errors import InputError, reason_of, without_points
 from slipstick.runs.failures import fault_sentence
 from slipstick.runs.folder import REPORT, OutputFolder, refuse_held
 from slipstick.studies import CURVES_FILE, STUDY_FILE
@@ -160,7 +161,7 @@ def computed(run: StudyRun, options: RunOptions, place: OutputFolder | None = No
     say_untouched(place)
     if options.answer is not None:
         options.answer.update(_answer(run, data, place.work))
-    return DONE if done else STOPPED
+    return DONE if done else stopped_code(run.stopped, len(run.folder.cases))
 
 
 def _share_summary(run: StudyRun) -> int:
@@ -199,7 +200,8 @@ def _summary(run: StudyRun, data: xarray.Dataset, place: OutputFolder, options: 
         more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
         warn_user(f"{sentence}{more}")
     _list_failures(list(run.folder.cases.values()))
-    say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
+    said = str(data.attrs["outcome_text"]) if run.stopped is None else run.stopped.text
+    say(said if run.folder.cases else without_points(said))
     say_results(place.work, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
     if len(run.folder.cases) < len(run.plan):
         say(f"go on with: slipstick resume {place.folder}")
