@@ -17,7 +17,7 @@ from slipstick.analysis.time_domain.long_run import LongRun, PeriodDone, checked
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError, Outcome
-from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, path, whole, wrong
+from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, path, real_path, whole, wrong
 from slipstick.interrupts import held
 from slipstick.io.journal import Journal, journal_of, read_journal, unpacked
 from slipstick.io.loading import load_dataset
@@ -173,7 +173,7 @@ def _in_folder(run: LongRun, folder: Path, listeners: tuple[EventFunction, ...],
             raise InputError(f"{folder} already holds another run-up that did not end; {remedy}")
         run, keep = replace(run, checkpoints=checkpoints_in(recorded, run)), recorded.ends[-1]
     names: dict[str, str] = {} if case is None else case.names
-    about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
+    about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(real_path(case.path))}
     layout = replace(run.recorder().layout, attributes={**versions(), **names})
     journal = Journal(place, layout, about, keep)
 

@@ -17,6 +17,7 @@ from slipstick.analysis.road.events import Event, Listener, PointFound, Searchin
 from slipstick.analysis.road.run import Run, Sink, undisturbed
 from slipstick.case.case import Case
 from slipstick.errors import KEPT, InputError, Outcome, SlipstickWarning, TimeIsUp, without_points
+from slipstick.faults import real_path
 from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore, save_branch
@@ -266,7 +267,7 @@ class CaseRun:
                 self.folder.results, recorded.layout, stored, recorded=recorded, keep=keep, without=without
             )
             return
-        about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
+        about = {ANALYSIS: self.analysis, "case_path": str(real_path(self.case.path))}
         about["problem"] = fingerprint(self.request.problem)
         self.store = ResultStore(self.folder.results, layout, stored, about=about, without=without)
         self.folder.copy_case()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -109,3 +110,47 @@ def test_a_full_disk_behind_the_document_is_told_in_a_sentence(monkeypatch, caps
         raise typer.Exit(0)
     assert ended.value.exit_code == 2
     assert capsys.readouterr().err == "error: the disk is full; free some space or choose another folder with -o\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links that anyone may make")
+def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:
+    for name in ("loop.nc", "loop.npy", "loop.inp"):
+        (tmp_path / name).symlink_to(name)
+    inner = case(tmp_path, ("stiffness = [[40.0]]", 'stiffness = "loop.npy"'))
+    deck = tmp_path / "deck.inp"
+    deck.write_text("*INCLUDE, INPUT=loop.inp\n")
+    why = f"cannot be reached ({os.strerror(errno.ELOOP)})"
+    calls = {
+        ("report", tmp_path / "loop.nc"): f"results: found '{tmp_path / 'loop.nc'}', which {why}",
+        ("check", inner): f'[structure] stiffness: found "loop.npy"; it {why}; put the file itself there',
+        ("import", tmp_path / "loop.inp", "-o", tmp_path / "m.h5"): f"{tmp_path / 'loop.inp'}: {why}",
+        ("import", deck, "-o", tmp_path / "m.h5"): f"line 1: *INCLUDE: loop.inp {why}",
+    }
+    for call, words in calls.items():
+        result = slipstick(*call)
+        assert (result.exit_code, words in " ".join(result.output.split())) == (2, True), result.output
+    code, found, said = asked("report", tmp_path / "loop.nc")
+    assert code == 2
+    assert said == "".join(f"error: {sentence}\n" for sentence in found["errors"])
+    assert "loop.nc" in said
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (ZeroDivisionError("oops"), 1, "a fault of slipstick itself (ZeroDivisionError: oops)"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "the disk is full"),
+        (MemoryError(), 2, "there is not enough memory"),
+    ],
+)
+def test_whatever_ends_a_command_is_among_its_errors(
+    error: Exception, code: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("slipstick.case.case.Case.from_file", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    ended, found, said = asked("check", case(tmp_path))
+    (sentence,) = found["errors"]
+    assert (ended, sentence.startswith(words), said) == (code, True, f"error: {sentence}\n")

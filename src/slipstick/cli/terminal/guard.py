@@ -128,21 +128,27 @@ def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
 
 
 @contextmanager
-def guarded() -> Iterator[None]:
-    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped, 130 interrupted."""
+def guarded(heard: Callable[[Sequence[str]], None] = lambda sentences: None) -> Iterator[None]:
+    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped, 130 interrupted.
+
+    ``heard`` is told the sentences, too.
+    """
     import typer
+
+    def ended(sentences: Sequence[str], code: int) -> typer.Exit:
+        heard(sentences)
+        report_faults(sentences)
+        return typer.Exit(code)
 
     try:
         yield
     except InputError as error:
-        report_faults(error.sentences)
-        raise typer.Exit(BAD_INPUT) from None
+        raise ended(error.sentences, BAD_INPUT) from None
     except OSError as error:
-        complain(f"error: {os_sentence(error)}")
-        raise typer.Exit(BAD_INPUT) from None
+        raise ended([os_sentence(error)], BAD_INPUT) from None
     except MemoryError:
-        complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
-        raise typer.Exit(BAD_INPUT) from None
+        said = "there is not enough memory for this case; keep fewer harmonics, contacts or output dofs"
+        raise ended([said], BAD_INPUT) from None
     except KeyboardInterrupt as stop:
         late = isinstance(stop, TimeIsUp)
         complain("stopped at the time limit; nothing was found yet" if late else "interrupted")
@@ -150,11 +156,10 @@ def guarded() -> Iterator[None]:
     except typer.Exit:
         raise
     except Exception as error:
-        complain(f"error: {internal_sentence(error)}")
-        raise typer.Exit(STOPPED) from None
+        raise ended([internal_sentence(error)], STOPPED) from None
 
 
-def report_faults(sentences: tuple[str, ...]) -> None:
+def report_faults(sentences: Sequence[str]) -> None:
     """Print all faults, one a line."""
     for sentence in sentences:
         complain(f"error: {sentence}")

@@ -132,8 +132,14 @@ def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str]]:
 
 
 def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str | Fault]:
+    from slipstick.faults import Gathering, unreached
+
+    def missing(path: Path) -> str:
+        reason = unreached(path)
+        return f"cannot be reached ({reason}); give the file itself" if reason else "there is no such file"
+
     faults: list[str | Fault] = [
-        f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}"
+        f"{path}: {'found a folder; give its files' if path.is_dir() else missing(path)}"
         for path in files
         if not path.is_file()
     ]
@@ -144,8 +150,6 @@ def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str |
     elif not output.parent.is_dir():
         faults.append(f"-o {output}: the folder {output.parent} is not there; make it first")
     else:
-        from slipstick.faults import Gathering
-
         gathering = Gathering()
         gathering.take(refuse_file, output, force=force)
         faults += gathering.faults
