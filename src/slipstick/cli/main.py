@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from errno import EPIPE
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -107,6 +108,19 @@ def _answered(ctx: Any) -> Iterator[None]:
 
         with guarded():
             raise
+    except OSError as error:  # of the parser's own output, a help or a version
+        from slipstick.cli.terminal.guard import PIPE_CLOSED, guarded, mute, unwritten
+
+        if error.errno == EPIPE:
+            mute()
+            raise typer.Exit(PIPE_CLOSED) from None
+        with guarded():
+            raise unwritten(error) from None
+    except SystemExit:  # of rich, whose pipe was closed
+        from slipstick.cli.terminal.guard import PIPE_CLOSED, mute
+
+        mute()
+        raise typer.Exit(PIPE_CLOSED) from None
     except Exception as error:
         formatted = getattr(error, "format_message", None)
         if ctx.meta[_ASKED] and formatted is not None:

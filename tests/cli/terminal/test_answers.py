@@ -109,7 +109,8 @@ def test_a_full_disk_behind_the_document_is_told_in_a_sentence(monkeypatch, caps
     with pytest.raises(typer.Exit) as ended, answering(True):
         raise typer.Exit(0)
     assert ended.value.exit_code == 2
-    assert capsys.readouterr().err == "error: the disk is full; free some space or choose another folder with -o\n"
+    said = "error: standard output: cannot be written (no space left on device); choose another place\n"
+    assert capsys.readouterr().err == said
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links that anyone may make")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 
 from slipstick.cli.options import ForceFile, refuse_file, results_files
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
+from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, put, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 from slipstick.replacing import unwritable, writing
@@ -127,8 +128,10 @@ def print_rows(rows: Sequence[Row]) -> None:
     for row in rows:
         cells = (row.name, row.what, row.expected, row.found, row.tolerance)
         table.add_row(*map(Text, cells), Text(row.verdict, "green" if row.ok else "bold red"))
-    console = Console()
-    Console(width=console.width if console.is_terminal else 140).print(table)
+    console, text = Console(), StringIO()
+    width = console.width if console.is_terminal else 140
+    Console(file=text, width=width, force_terminal=console.is_terminal).print(table)
+    put(text.getvalue().rstrip("\n"))
 
 
 def verify_results(path: Path, points: Sequence[int], values: Sequence[str], tolerance: float, answer: Answer) -> int:
