@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import typer
 from helpers.command import slipstick
+from helpers.gmsh import beam, write_inp
 
 from slipstick.cli.examples import example
 from slipstick.cli.terminal.answers import answering
@@ -155,3 +156,23 @@ def test_whatever_ends_a_command_is_among_its_errors(
     ended, found, said = asked("check", case(tmp_path))
     (sentence,) = found["errors"]
     assert (ended, sentence.startswith(words), said) == (code, True, f"error: {sentence}\n")
+
+
+def test_init_and_import(tmp_path: Path) -> None:
+    code, found, _ = asked("init")
+    assert (code, {"name", "about", "case"}) == (0, set(found["examples"][0]))
+    assert "oscillator" in [row["name"] for row in found["examples"]]
+    code, found, said = asked("init", "oscillator", tmp_path / "new")
+    assert (code, found["files"]) == (0, [str(tmp_path / "new" / "oscillator.toml")])
+    assert "next: slipstick run" in said
+    code, found, said = asked("init", "oscillator", tmp_path / "new")
+    assert (code, said) == (2, f"error: {found['errors'][0]}\n")
+    write_inp(tmp_path / "m.inp", *beam())
+    material = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
+    code, found, said = asked("import", tmp_path / "m.inp", "-o", tmp_path / "m.h5", *material, "--fix", "ROOT")
+    assert (code, found["model"]) == (0, str(tmp_path / "m.h5"))
+    assert found["notes"]
+    assert "units of the model are not stated" in found["warnings"][-1]
+    assert f"warning: {found['warnings'][-1]}" in said
+    code, found, _ = asked("import", tmp_path / "m.inp", "-o", tmp_path / "m.h5", *material)
+    assert (code, "is there already" in found["errors"][0]) == (2, True)

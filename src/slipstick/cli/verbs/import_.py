@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from slipstick.cli.options import ForceFile, refuse_file
+from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
@@ -23,6 +24,7 @@ _SUFFIXES = (".h5", ".hdf5")
 
 @verb
 def import_(
+    answer: Answer,
     files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Matrices, maps and meshes of one model.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The model to write, such as model.h5.")],
     mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not show it.")] = None,
@@ -69,10 +71,10 @@ def import_(
     faults += [*wrong_names, *wrong_factors, *gathering.faults, *_file_faults(paths, output, force)]
     if options is None or faults:
         raise InputError(faults)
-    _import(files, output, options)
+    answer |= _import(files, output, options)
 
 
-def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
+def _import(files: list[Path], output: Path, options: ImportOptions) -> Answer:
     """Import and print what came in, one line each; notes that need attention are part of it."""
     from slipstick.importers.import_model import read_model, summary
     from slipstick.io.model_file import save_model
@@ -83,12 +85,14 @@ def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
     notes = summary(model)
     for line in notes:
         say(line)
-    for warning in model.warnings:
-        warn_user(warning)
+    warned = list(model.warnings)
     kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
     say(f'wrote {output}: name it in a case as [structure] {kinds}, file = "{output.name}"')
     if options.units is None and "units: not stated" in " ".join(notes):
-        warn_user('the units of the model are not stated; give them with --units "N, mm, t, s"')
+        warned.append('the units of the model are not stated; give them with --units "N, mm, t, s"')
+    for warning in warned:
+        warn_user(warning)
+    return {"model": output, "notes": list(notes), "warnings": warned}
 
 
 def _material(constants: dict[str, Any]) -> tuple[Material | None, list[str | Fault]]:

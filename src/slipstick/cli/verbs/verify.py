@@ -50,7 +50,7 @@ def verify(
     ] = None,
     tolerance: Annotated[float, typer.Option(help="Largest relative difference that agrees.", min=0.0)] = AGREES,
     only: Annotated[
-        str | None, typer.Option("--only", help="Without RESULTS: only the rows whose name contains this.")
+        str | None, typer.Option("--only", help="Without RESULTS: the rows of this name, CF1, or family, CF.")
     ] = None,
     markdown: Annotated[
         Path | None, typer.Option(help="Without RESULTS: also write the table to this file, as markdown.")
