@@ -11,6 +11,7 @@ import numpy as np
 from cycler import cycler
 
 from slipstick.faults import wrong
+from slipstick.plots.characters import drawn_in_known_characters
 from slipstick.plots.shown import by_pyplot
 from slipstick.replacing import ANY, Kind, writing
 from slipstick.typing import DrawnAxes
@@ -176,7 +177,8 @@ def _placed_inside(made: Legend, ax: Axes) -> bool:
     if figure is None or figure.get_layout_engine() is None:
         made.set_loc("best")
         return True
-    figure.draw_without_rendering()
+    with drawn_in_known_characters(figure, tell=False):
+        figure.draw_without_rendering()
     curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
     filled = [drawn for drawn in ax.collections if isinstance(drawn, PolyCollection)]
     areas = [drawn.get_transform().transform_path(path) for drawn in filled for path in drawn.get_paths()]
@@ -233,6 +235,11 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     InputError
         For an ending that matplotlib does not write, and where there is another file that is no figure.
 
+    Warns
+    -----
+    SlipstickWarning
+        Where no font of this machine has a character of the texts.
+
     Examples
     --------
     >>> from pathlib import Path
@@ -256,6 +263,6 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in formats]
     for path in paths:
         metadata = {"Date": None} if path.suffix == ".svg" else {}
-        with writing(path, _KINDS.get(path.suffix, ANY)) as temporary:
+        with writing(path, _KINDS.get(path.suffix, ANY)) as temporary, drawn_in_known_characters(figure):
             figure.savefig(temporary, format=path.suffix.removeprefix("."), dpi=150, metadata=metadata)
     return paths
