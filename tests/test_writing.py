@@ -143,6 +143,21 @@ def test_the_system_refuses_to_write(name, tmp_path):
     assert path.stat().st_size > 100
 
 
+@pytest.mark.parametrize("name", sorted({*WRITERS} - {"table.csv"}))  # a table in text is known by its name alone
+def test_a_file_of_another_kind_is_never_replaced(name, tmp_path):
+    path, write = tmp_path / name, WRITERS[name]
+    path.write_text(CASE)
+    said = refused(write, path)
+    assert said.startswith(f"{path}: there is a file that is no ")
+    assert said.endswith("; choose another name")
+    assert path.read_text() == CASE
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+    path.write_bytes(b"")
+    for _ in range(2):  # an empty file, and one of the kind
+        write(path)
+    assert path.stat().st_size > 100
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_places_that_are_none(name, tmp_path):
     write, folder = WRITERS[name], tmp_path / "none"

@@ -157,10 +157,13 @@ class Branch(Solutions):
     def save(self, path: str | Path) -> Path:
         """Write all as netCDF-4, with the problem, and return the path; ``ss.load`` reads it again.
 
+        Results that are there are replaced, once the new ones are whole. So do ``report``, ``save_table`` and all that
+        write, with files of their kind.
+
         Raises
         ------
         InputError
-            If the file cannot be written; one that was there stays as it was.
+            If the file cannot be written, or there is one that is no netCDF, such as a case; it stays as it was.
 
         Warns
         -----

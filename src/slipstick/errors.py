@@ -254,6 +254,18 @@ class Reason(Enum):
         return self.text
 
 
+KEPT = "every point found is kept"
+
+
+def without_points(sentence: str, where: str = "") -> str:
+    """What is said of a run that ended before its first point.
+
+    >>> without_points(Outcome.TIME_LIMIT.text, " at 4 rad/s")
+    'stopped at the time limit; no point was found at 4 rad/s'
+    """
+    return sentence.replace(KEPT, f"no point was found{where}")
+
+
 class Outcome(Reason):
     """How a computation ended; ``text`` says the cause and the remedy.
 
@@ -275,7 +287,7 @@ class Outcome(Reason):
         "allow smaller steps (min_step) or add harmonics"
     )
     TURNED_BACK = (
-        "stopped early: the branch turned back and left the range where it began; every point found is kept: "
+        f"stopped early: the branch turned back and left the range where it began; {KEPT}: "
         "start where there is only one solution, further from resonance"
     )
     POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
@@ -288,15 +300,15 @@ class Outcome(Reason):
         "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
         "resistance, the normal load or the velocity"
     )
-    WORN_OUT = "stopped: a contact reached the largest wear depth allowed; every point found is kept"
+    WORN_OUT = f"stopped: a contact reached the largest wear depth allowed; {KEPT}"
     NOTHING_TOUCHES = "stopped: the contacts that wear have lost their load, and wear has ended"
     MOTION_LOST = (
         "stopped early: the steady motion ends there, as at a fold of the response curve; what follows is a jump to "
         "another motion: look at the response curve of the worn problem (Branch.problem_at)"
     )
-    INTERRUPTED = "interrupted by the user; every point found is kept"
-    FAILED = "failed: its message names the fault that ended it; every point found is kept"
-    TIME_LIMIT = "stopped at the time limit; every point found is kept"
+    INTERRUPTED = f"interrupted by the user; {KEPT}"
+    FAILED = f"failed: its message names the fault that ended it; {KEPT}"
+    TIME_LIMIT = f"stopped at the time limit; {KEPT}"
 
     @property
     def ok(self) -> bool:

@@ -11,6 +11,7 @@ from functools import wraps
 from itertools import islice
 from numbers import Integral, Real
 from os import PathLike, fspath, stat
+from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
@@ -281,15 +282,26 @@ def path(name: Name, value: object, expected: str = "the path of a file") -> Pat
     """A path that the system accepts, whether there is a file or not."""
     if not isinstance(value, str | PathLike) or value == "" or not isinstance(fspath(value), str):
         raise wrong(name, value, expected)
+    if reason := unreached(value):
+        described = f"{shown(fspath(value), _LONGEST_PATH)}, which cannot be reached ({reason})"
+        raise InputError(Fault(path_of(name), found=described, expected=expected))
+    return Path(value)
+
+
+def unreached(place: str | PathLike[str]) -> str:
+    """Why the system cannot reach a path; empty where it can, and where nothing is there."""
     try:
-        stat(value)
+        stat(place)
     except FileNotFoundError:
         pass
-    except (OSError, ValueError) as error:  # too long, not permitted, a zero character
-        reason = getattr(error, "strerror", None) or str(error)
-        described = f"{shown(fspath(value))}, which cannot be reached ({reason})"
-        raise InputError(Fault(path_of(name), found=described, expected=expected)) from None
-    return Path(value)
+    except (OSError, ValueError) as error:  # too long, not permitted, a zero character, links in a circle
+        return getattr(error, "strerror", None) or str(error)
+    return ""
+
+
+def real_path(place: Path) -> Path:
+    """The absolute path behind links; ``Path.resolve`` fails, in some versions, where these lead in a circle."""
+    return Path(realpath(place))
 
 
 def one(name: Name, value: object, kind: type[T] | tuple[type[T], ...], expected: str) -> T:
@@ -349,6 +361,8 @@ def names(name: Name, value: object, expected: str = "the name of a dof") -> tup
 
 
 _ALIKE, _NAMED = 5, 3
+_LONGEST_PATH = 200
+"""Characters shown of a path, whose end says most."""
 _OF_CONTACT, _NUMBERS = re.compile(r"contact '(.+?)': "), re.compile(r"[-+]?\d[\d.e+-]*")
 
 

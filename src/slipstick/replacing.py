@@ -5,10 +5,31 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from threading import get_ident
 
 from slipstick.errors import InputError
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Files that may take each other's place."""
+
+    name: str
+    mark: bytes = b""
+    """What they have near their beginning; without one any file of the name may be replaced."""
+
+    def has(self, path: Path) -> bool:
+        """Whether a file is of this kind; an empty one may become anything."""
+        with path.open("rb") as stream:
+            begin = stream.read(_BEGIN)
+        return not begin or self.mark in begin
+
+
+ANY, HDF5, XML = Kind("file"), Kind("netCDF or HDF5 file", b"\x89HDF\r\n\x1a\n"), Kind("XML file", b"<?xml")
+_BEGIN = 2000
+"""Bytes that show what a file is."""
 
 
 @contextmanager
@@ -29,10 +50,13 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[Path]:
-    """As ``replacing``; InputError where the file cannot be written."""
-    with telling(path), replacing(path) as temporary:
-        yield temporary
+def writing(path: Path, kind: Kind = ANY) -> Iterator[Path]:
+    """As ``replacing``; InputError where the file cannot be written, or one of another kind is there."""
+    with telling(path):
+        if path.is_file() and not kind.has(path):
+            raise InputError(f"{path}: there is a file that is no {kind.name}; choose another name")
+        with replacing(path) as temporary:
+            yield temporary
 
 
 @contextmanager

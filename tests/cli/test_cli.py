@@ -639,6 +639,18 @@ def test_a_misspelt_verb_is_answered_with_those_like_it() -> None:
     assert "Did you mean 'limit-cycles'" in told(result)
 
 
+def test_a_fault_of_a_verb_is_not_told_as_a_misspelt_verb(tmp_path: Path, monkeypatch, capsys) -> None:
+    def broken(name: str) -> object:
+        return {}[name]
+
+    monkeypatch.setattr("slipstick.cli.main._verb", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(SystemExit) as ended:
+        get_command(app)(["info"])  # a group that has made no verb yet
+    assert ended.value.code == 1
+    assert capsys.readouterr().err.startswith("error: a fault of slipstick itself (KeyError: 'info')")
+
+
 def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.verify.table import Check
 
@@ -660,6 +672,13 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
     page = tmp_path / "page.md"
     assert slipstick("verify", "--markdown", str(page)).exit_code == 0
     assert "| C1 | holds | 1 | 1 |  | ok |" in page.read_text(encoding="utf-8")
+    page.write_text("of the user")
+    refused = slipstick("verify", "--markdown", str(page))
+    assert refused.exit_code == 2
+    assert told(refused).strip() == f"error: {page}: is there already; choose another name, or --force to replace it"
+    assert page.read_text() == "of the user"
+    assert slipstick("verify", "--markdown", str(page), "--force").exit_code == 0
+    assert "| C1 | holds" in page.read_text(encoding="utf-8")
     refused = slipstick("verify", "--markdown", str(tmp_path / "no" / "page.md"))
     assert refused.exit_code == 2
     assert "cannot be written" in refused.output

@@ -67,15 +67,24 @@ def test_faults_are_sentences(tmp_path: Path, arguments: tuple[str, ...], said: 
 
 
 def test_an_earlier_model_stays(tmp_path: Path) -> None:
-    """Without --force it is refused; with --force a failing import leaves it as it was, a good one replaces it."""
+    """Without --force it is refused; with --force a failing import leaves it as it was, a good one replaces it.
+
+    What is no such file is not replaced at all.
+    """
     out, mesh = tmp_path / "model.h5", write_beam(tmp_path)
-    out.write_bytes(b"earlier")
+    earlier = b"\x89HDF\r\n\x1a\n earlier"
+    out.write_bytes(earlier)
     refused = slipstick("import", mesh, "-o", out, *MATERIAL, "--fix", "ROOT")
     assert refused.exit_code == 2
     assert "is there already" in refused.output
     failed = slipstick("import", mesh, "-o", out, "--force")
     assert failed.exit_code == 2
-    assert out.read_bytes() == b"earlier"
+    assert out.read_bytes() == earlier
+    out.write_text("of the user")
+    other = slipstick("import", mesh, "-o", out, *MATERIAL, "--fix", "ROOT", "--force")
+    assert (other.exit_code, "there is a file that is no netCDF or HDF5 file" in other.output) == (2, True)
+    assert out.read_text() == "of the user"
+    out.write_bytes(earlier)
     assert slipstick("import", mesh, "-o", out, *MATERIAL, "--fix", "ROOT", "--force").exit_code == 0
     assert np.all(load_model(out).K.diagonal() > 0.0)
 

@@ -59,7 +59,7 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
     "figures and none": (("run", "case.toml", "--figures", "all", "--no-figures"), ("--figures is given too",)),
     # studies and what has its own table
     "a study of a case without [study]": (("study", "case.toml"), ("[study] is missing", "damper.velocity")),
-    "the study is there": (("study", "study.toml", "-o", "st"), ("st already holds a study", "slipstick resume st")),
+    "the study is there": (("study", "study.toml", "-o", "st"), ("st already holds study.nc", "--force")),
     "a file as folder of a study": (
         ("study", "study.toml", "-o", "afile"),
         ("afile: cannot be written (found a file",),

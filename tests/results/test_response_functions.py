@@ -88,7 +88,7 @@ def test_the_verb_writes_them(tmp_path: Path) -> None:
     branch.save(tmp_path / "results.nc")
     assert slipstick("table", tmp_path / "results.nc", tmp_path / "a.uff").exit_code == 0
     assert (tmp_path / "a.uff").read_bytes() == branch.save_table(tmp_path / "b.uff").read_bytes()
-    refused = slipstick("table", tmp_path / "results.nc", tmp_path / "a.uff", "--table", "peaks")
+    refused = slipstick("table", tmp_path / "results.nc", tmp_path / "a.uff", "--table", "peaks", "--force")
     assert refused.exit_code == 2
     assert "response functions alone" in refused.output
     with raises_fault("table", says="frequency response"):

@@ -276,8 +276,12 @@ def test_the_verb(tmp_path: Path) -> None:
     made.save(tmp_path / "results.nc")
     assert called("table", tmp_path / "results.nc", tmp_path / "a.csv").exit_code == 0
     assert (tmp_path / "a.csv").read_bytes() == made.save_table(tmp_path / "b.csv").read_bytes()
-    assert called("table", tmp_path, tmp_path / "a.csv", "--table", "peaks").exit_code == 0
+    assert called("table", tmp_path, tmp_path / "a.csv", "--table", "peaks", "--force").exit_code == 0
     same(read(tmp_path / "a.csv")["amplitude"], read(made.save_table(tmp_path / "b.csv", "peaks"))["amplitude"])
+    (tmp_path / "a.csv").write_text("of the user")
+    there = called("table", tmp_path, tmp_path / "a.csv")
+    assert (there.exit_code, "a.csv: is there already; choose another name, or --force" in there.output) == (2, True)
+    assert (tmp_path / "a.csv").read_text() == "of the user"
     refused = called("table", tmp_path, tmp_path / "a.xls")
     assert refused.exit_code == 2
     assert ".csv, .mat, .xlsx or .uff" in refused.output

@@ -37,6 +37,8 @@ def test_every_closed_form_and_claim_has_a_row():
 def test_rows_are_chosen_by_name_or_description():
     assert [row.name for row in verify.run("masing")] == ["CF1", "CF1"]
     assert {row.name for row in verify.run(["CF3", "CF5"])} == {"CF3", "CF5"}
+    assert {row.name for row in verify.run("cf1")} == {"CF1"}  # and not CF10
+    assert {row.name for row in verify.run("CF")} == {f"CF{k}" for k in range(1, 11)}
 
 
 def test_unknown_name_is_an_input_error():

@@ -43,7 +43,7 @@ from slipstick.case.table import RawTable, at
 from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
 from slipstick.case.top import UnitsTable
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, one, warn, wrong
+from slipstick.faults import Gathering, one, real_path, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ class Case:
         requests, faults = take_requests(raw)
         reading = None
         try:
-            reading = read_case(raw, path.resolve().parent, tell)
+            reading = read_case(raw, real_path(path).parent, tell)
         except InputError as error:
             faults = [*error.faults, *faults]
         if reading is not None and not faults:

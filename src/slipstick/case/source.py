@@ -10,6 +10,7 @@ from typing import Any
 
 from slipstick.case.table import toml
 from slipstick.errors import Fault, InputError
+from slipstick.faults import real_path, unreached
 
 LARGEST_FILE = 6 * 1024**2
 DEEPEST = 50
@@ -64,9 +65,11 @@ def inside(folder: Path, name: str) -> Path:
     if pure.is_absolute() or PureWindowsPath(name).drive or ".." in pure.parts:
         raise _refused(name, "the path leaves the folder of the case", _COPY)
     path = folder / pure
-    real, home = path.resolve(), folder.resolve()
+    real, home = real_path(path), real_path(folder)
     if not real.is_relative_to(home):
         raise _refused(name, "the link leads out of the folder of the case", "copy the file itself beside the case")
+    if reason := unreached(path):
+        raise _refused(name, f"it cannot be reached ({reason})", "put the file itself there")
     if not real.is_file():
         raise _refused(name, f"there is no such file in {home}", "check its name")
     return path

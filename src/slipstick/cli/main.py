@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from errno import EPIPE
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -36,9 +37,16 @@ class _Commands(Mapping[str, Any]):
         if command not in self._made:
             name = self._names[command]
             one = typer.Typer(add_completion=False, rich_markup_mode=app.rich_markup_mode)
-            one.command(command, rich_help_panel=self._groups[name], hidden=name in RENAMED)(_verb(name))
+            one.command(command, rich_help_panel=self._groups[name], hidden=name in RENAMED)(_whole_verb(name))
             self._made[command] = get_command(one)
         return self._made[command]
+
+    def __contains__(self, command: object) -> bool:
+        return command in self._names
+
+    def get(self, command: str, default: Any = None) -> Any:
+        """See Mapping, which takes a KeyError of a verb's own module for a command that is not there."""
+        return self[command] if command in self._names else default
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
@@ -53,6 +61,17 @@ def _verb(name: str) -> Any:
 
         return (REQUESTS | OLD_NAMES)[name]
     return getattr(import_module(f"slipstick.cli.verbs.{name}"), name)
+
+
+def _whole_verb(name: str) -> Any:
+    """The verb; a fault of its module is one of the program itself."""
+    try:
+        return _verb(name)
+    except Exception:
+        from slipstick.cli.terminal.guard import guarded
+
+        with guarded():
+            raise
 
 
 class Verbs(TyperGroup):
@@ -107,6 +126,19 @@ def _answered(ctx: Any) -> Iterator[None]:
 
         with guarded():
             raise
+    except OSError as error:  # of the parser's own output, a help or a version
+        from slipstick.cli.terminal.guard import PIPE_CLOSED, guarded, mute, unwritten
+
+        if error.errno == EPIPE:
+            mute()
+            raise typer.Exit(PIPE_CLOSED) from None
+        with guarded():
+            raise unwritten(error) from None
+    except SystemExit:  # of rich, whose pipe was closed
+        from slipstick.cli.terminal.guard import PIPE_CLOSED, mute
+
+        mute()
+        raise typer.Exit(PIPE_CLOSED) from None
     except Exception as error:
         formatted = getattr(error, "format_message", None)
         if ctx.meta[_ASKED] and formatted is not None:

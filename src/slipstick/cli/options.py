@@ -59,12 +59,19 @@ CasePath = Annotated[
 ]
 
 
+def refuse_file(path: Path, *, force: bool) -> None:
+    """Raises InputError for a file that is there already, unless it may be replaced."""
+    if path.is_file() and not force:
+        raise InputError(f"{path}: is there already; choose another name, or --force to replace it")
+
+
 def folder_option(by_default: str) -> OptionInfo:
     """The option that names the folder of the results."""
     return typer.Option("-o", "--output", help=f"Folder of the results; by default {by_default}, here.")
 
 
 Force = Annotated[bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")]
+ForceFile = Annotated[bool, typer.Option("--force", help="Replace the file, if it is there already.")]
 Figures = Annotated[
     str | None,
     typer.Option("--figures", help='Draw these too: "all", or names such as "response,loop".', metavar="NAMES"),

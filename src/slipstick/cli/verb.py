@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from slipstick.cli.terminal.answers import answering
-from slipstick.cli.terminal.guard import DONE
+from slipstick.cli.terminal.guard import DONE, warnings_at_once
 from slipstick.plots.shown import for_files
 
 _JSON = inspect.Parameter(
@@ -34,7 +34,7 @@ def verb(function: Callable[..., int | None]) -> Callable[..., None]:
 
     @wraps(function)
     def called(as_json: bool = False, **arguments: Any) -> None:
-        with answering(as_json) as answer, for_files():
+        with answering(as_json) as answer, warnings_at_once(), for_files():
             code = function(**arguments, **({"answer": answer} if answers else {}))
             if code is not None and code != DONE:
                 raise typer.Exit(code)

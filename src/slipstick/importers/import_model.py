@@ -65,8 +65,8 @@ def import_model(
     files
         One file, or several that belong together.
     output
-        Where the model is kept as one HDF5 file, which a case file may name; a file there is replaced once the new one
-        is whole.
+        Where the model is kept as one HDF5 file, which a case file may name; a model there is replaced once the new one
+        is whole, a file of another kind never.
     mass, damping, dof_map, nodes, names, constraints, fixed, quadratic, units, scale, to
         What the files do not say: see :class:`ImportOptions`.
     material, conductivity, expansion, reference

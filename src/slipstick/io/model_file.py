@@ -20,7 +20,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ImportedModel
 from slipstick.io.hdf5 import created, opened, own_node, require_own
-from slipstick.replacing import writing
+from slipstick.replacing import HDF5, writing
 from slipstick.typing import Sparse
 
 if TYPE_CHECKING:
@@ -45,10 +45,10 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or there is one that is no HDF5 file.
     """
     path = Path(path)
-    with writing(path) as part, created(part) as (file, _):
+    with writing(path, HDF5) as part, created(part) as (file, _):
         _write(file, model)
     return path
 

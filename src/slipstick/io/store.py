@@ -20,7 +20,7 @@ from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import UNLIMITED, Further, Group, StoredVariable, read_netcdf, write_netcdf
-from slipstick.replacing import replacing, writing
+from slipstick.replacing import HDF5, replacing, writing
 from slipstick.results.schema import Layout, make_table
 from slipstick.results.table import ResultTable
 from slipstick.typing import AnyArray, Array
@@ -203,7 +203,7 @@ def save_branch(branch: Solutions, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or there is one that is no netCDF.
 
     Warns
     -----
@@ -227,11 +227,11 @@ def save_dataset(dataset: xarray.Dataset, path: str | Path, groups: Mapping[str,
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or there is one that is no netCDF.
     """
     variables = {
         str(name): StoredVariable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
         for name, v in sorted(dataset.variables.items(), key=lambda item: item[0] not in dataset.coords)
     }
-    with writing(Path(path)) as temporary:
+    with writing(Path(path), HDF5) as temporary:
         write_netcdf(temporary, Group(variables=variables, attributes=dataset.attrs), groups)

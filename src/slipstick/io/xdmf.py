@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import whole, wrong
-from slipstick.replacing import writing
+from slipstick.replacing import XML, writing
 from slipstick.results.contacts import states_at
 from slipstick.results.interface import interfaces_of
 from slipstick.results.saved_table import write_table
@@ -215,7 +215,7 @@ def _triangles(triangles: AnyArray) -> str:
 
 
 def _written(target: Path, lines: Iterator[str]) -> None:
-    with writing(target) as temporary, temporary.open("w", encoding="utf-8") as file:
+    with writing(target, XML) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.writelines(f"{line}\n" for line in lines)
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from cycler import cycler
 
 from slipstick.faults import wrong
+from slipstick.plots.characters import drawn_in_known_characters
 from slipstick.plots.shown import by_pyplot
-from slipstick.replacing import writing
+from slipstick.replacing import ANY, Kind, writing
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
@@ -176,7 +177,8 @@ def _placed_inside(made: Legend, ax: Axes) -> bool:
     if figure is None or figure.get_layout_engine() is None:
         made.set_loc("best")
         return True
-    figure.draw_without_rendering()
+    with drawn_in_known_characters(figure, tell=False):
+        figure.draw_without_rendering()
     curves = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
     filled = [drawn for drawn in ax.collections if isinstance(drawn, PolyCollection)]
     areas = [drawn.get_transform().transform_path(path) for drawn in filled for path in drawn.get_paths()]
@@ -207,8 +209,12 @@ def over_decades(values: Iterable[np.ndarray]) -> bool:
     return bool(known.size) and bool(known.max() >= DECADES * known.min())
 
 
+_KINDS = {".png": Kind("PNG", b"\x89PNG"), ".svg": Kind("SVG", b"<svg"), ".pdf": Kind("PDF", b"%PDF")}
+"""By the ending of the file."""
+
+
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:
-    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written.
+    """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written. They replace earlier figures.
 
     Parameters
     ----------
@@ -227,7 +233,12 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     Raises
     ------
     InputError
-        For an ending that matplotlib does not write.
+        For an ending that matplotlib does not write, and where there is another file that is no figure.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where no font of this machine has a character of the texts.
 
     Examples
     --------
@@ -252,6 +263,6 @@ def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", 
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in formats]
     for path in paths:
         metadata = {"Date": None} if path.suffix == ".svg" else {}
-        with writing(path) as temporary:
+        with writing(path, _KINDS.get(path.suffix, ANY)) as temporary, drawn_in_known_characters(figure):
             figure.savefig(temporary, format=path.suffix.removeprefix("."), dpi=150, metadata=metadata)
     return paths

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.plots.characters import drawn_in_known_characters
 from slipstick.plots.shown import for_files
 from slipstick.report.content import frequency_of, provenance
 from slipstick.report.inputs import inputs_of_case
@@ -147,8 +148,9 @@ def _figures(figures: Iterable[tuple[str, Any]]) -> str:
 
 
 def _figure(caption: str, ax: Any) -> str:
-    stream = BytesIO()
-    ax.get_figure(root=True).savefig(stream, format="png", dpi=150)
+    stream, figure = BytesIO(), ax.get_figure(root=True)
+    with drawn_in_known_characters(figure):
+        figure.savefig(stream, format="png", dpi=150)
     source = b64encode(stream.getvalue()).decode("ascii")
     text = escape(caption)
     return (

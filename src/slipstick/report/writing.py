@@ -18,7 +18,7 @@ from slipstick import __version__
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
-from slipstick.replacing import writing
+from slipstick.replacing import Kind, writing
 from slipstick.report.encoding import gathered, safe_json
 from slipstick.results.solutions import Solutions
 from slipstick.results.view import VIEWS
@@ -202,15 +202,8 @@ def labelled(branches: object) -> list[tuple[str, Solutions]]:
 
 
 def _write(path: Path, content: str) -> None:
-    with writing(path) as temporary:
-        if path.exists() and not _is_report(path):
-            raise InputError(f"{path}: there is a file that is no report; choose another name")
+    with writing(path, Kind("report", MARK.encode())) as temporary:
         temporary.write_text(content, encoding="utf-8")
-
-
-def _is_report(path: Path) -> bool:
-    with path.open("rb") as stream:
-        return MARK.encode() in stream.read(2000)
 
 
 STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "disc.css", "interface.css", "inputs.css", "print.css")

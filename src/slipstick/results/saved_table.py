@@ -24,7 +24,7 @@ import numpy as np
 from slipstick.errors import Fault, InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import text, wrong
-from slipstick.replacing import writing
+from slipstick.replacing import ANY, Kind, writing
 from slipstick.results.response_functions import OTHER_FILES, write_functions
 from slipstick.results.schema import LARGEST
 from slipstick.results.view import names_of, unit_of
@@ -37,6 +37,12 @@ if TYPE_CHECKING:
 
 _ENDINGS = (".csv", ".mat", ".xlsx")
 _UNIVERSAL = (".uff", ".unv")
+_KINDS = {
+    ".csv": ANY,
+    ".mat": Kind("MATLAB 5 file", b"MATLAB 5.0"),
+    ".xlsx": Kind("Excel file", b"PK\x03\x04"),
+    **dict.fromkeys(_UNIVERSAL, Kind("universal file", b"    -1")),
+}
 _IN_COLUMNS = ("percentile", "harmonic")
 _UNPRINTABLE = pattern(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 """What no sheet of Excel can hold."""
@@ -71,7 +77,8 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     Raises
     ------
     InputError
-        For another ending, a table that is not there, and where the file cannot be written.
+        For another ending, a table that is not there, and where the file cannot be written, or there is one that is
+        not what its ending says.
     """
     target = _target(path)
     ending = target.suffix.lower()
@@ -92,7 +99,7 @@ def write_table(data: xarray.Dataset, path: str | Path, table: str | None = None
     elif not tables and ending != ".mat":
         raise InputError(Fault("table", "there are no rows in these results", remedy="write a .mat file"))
     chosen = tables if table is None else {table: tables[table]}
-    with writing(target) as temporary:
+    with writing(target, _KINDS[ending]) as temporary:
         if ending == ".csv":
             _csv(data, next(iter(chosen.values())), temporary)
         elif ending == ".xlsx":
@@ -144,7 +151,7 @@ def write_table_of(solutions: Solutions, path: str | Path, table: str | None = N
     if is_universal(target):
         if table is not None:
             raise InputError(Fault("table", "a universal file holds response functions alone", remedy="leave it out"))
-        with writing(target) as temporary:
+        with writing(target, _KINDS[target.suffix.lower()]) as temporary:
             write_functions(solutions, temporary)
         return target
     return write_table(solutions.dataset, path, table, {"peaks": lambda: _peaks(solutions)})

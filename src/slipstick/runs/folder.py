@@ -1,14 +1,19 @@
-"""The folder a run writes into: earlier results are never overwritten unasked, and kept until new ones are complete."""
+"""The folder of a verb: earlier results are never overwritten unasked, and kept until new ones are complete."""
 
 from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 from slipstick.errors import InputError
 from slipstick.io.lock import FolderLock
 from slipstick.replacing import remove_leftovers, telling
+from slipstick.studies import CURVES_FILE, JOURNALS, STUDY_FILE
 
 RESULTS, REPORT = "results.nc", "report.html"
 FITTED, PASSED, LOADED = "identify.nc", "run_up.nc", "preload.nc"
@@ -19,24 +24,65 @@ FIGURES = (
     *("power", "fractions", "friction", "temperature", "loop", "orbit", "states"),
 )
 _FURTHER_FIGURES = ("backbone", "damping", "stability", "wear", "worn_surface")
-_FILES = (
-    *(RESULTS, RESULTS + ".journal", REPORT),
-    *(f"{figure}.{ending}" for figure in (*FIGURES, *_FURTHER_FIGURES) for ending in FORMATS),
-)
+OR_REPLACE = "choose another folder with -o, or --force to replace its results"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """What a verb leaves in its folder, as patterns of names."""
+
+    what: str
+    results: tuple[str, ...]
+    """Files that only it writes."""
+    journals: tuple[str, ...] = ()
+    """Files of one that did not end."""
+    beside: tuple[str, ...] = ()
+    """Figures and texts; others may have files of these names."""
+    retry: str = ""
+    """What else may be done with one that did not end."""
+
+
+def _figures(names: Sequence[str], formats: Sequence[str] = ("png",)) -> tuple[str, ...]:
+    return tuple(f"{name}.{ending}" for name in names for ending in formats)
+
+
+WRITTEN = {
+    "run": Written(
+        what="a run", results=(RESULTS, SUBHARMONICS.format("[0-9]*")), journals=(f"{RESULTS}.journal",),
+        beside=_figures((*FIGURES, *_FURTHER_FIGURES), FORMATS),
+    ),
+    "study": Written(
+        what="a study", results=(STUDY_FILE, CURVES_FILE), journals=(JOURNALS,),
+        beside=_figures(("map", "curves", "amplification", "percentiles", "worst", "band"), ("png", "svg")),
+        retry="compute what did not complete once more with --missing, ",
+    ),
+    "run_up": Written(
+        what="a run-up", results=(PASSED,), journals=(f"{PASSED}.journal",), beside=_figures(("run_up",)),
+    ),
+    "identify": Written(
+        what="a fit", results=(FITTED,), beside=("summary.txt", "values.json", *_figures(("fit",))),
+    ),
+    "preload": Written(what="load steps", results=(LOADED,), beside=("preload.xdmf", *_figures(("preload",)))),
+}  # fmt: skip
+"""By the verb; those of tables write what ``run`` does."""
 
 
 class OutputFolder:
-    """Where a run writes.
+    """Where a verb writes; used as a context it is left as it was where nothing was found.
 
     Parameters
     ----------
     folder
         Where the results are wanted; made if it is not there.
     case_path, case_text
-        The case, a copy of which is kept with the results.
+        The case, where a copy of it is to be kept with the results.
     force
         Whether earlier results may be replaced. New results then grow in the subfolder ``unfinished`` and take the
         place of the earlier ones by :meth:`complete`.
+    writes
+        Which of ``WRITTEN`` it leaves.
+    goes_on
+        Whether it goes on with results of its own kind that are there.
 
     Raises
     ------
@@ -44,8 +90,18 @@ class OutputFolder:
         If there are results already, another run writes into the folder, or it cannot be made or written.
     """
 
-    def __init__(self, folder: Path, *, case_path: Path, case_text: str, force: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        case_path: Path | None = None,
+        case_text: str = "",
+        force: bool = False,
+        writes: str = "run",
+        goes_on: bool = False,
+    ) -> None:
         self.folder, self._case_path, self._case_text = folder, case_path, case_text
+        self._writes, self._goes_on = writes, goes_on
         self._created: list[Path] = []
         self._copied: Path | None = None
         self._lock: FolderLock | None = None
@@ -64,18 +120,26 @@ class OutputFolder:
             self.abandon()
             raise
 
+    def __enter__(self) -> Self:
+        """Hold the folder."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Let others in; on an error what is empty goes."""
+        if error is not None:
+            self.abandon()
+        self.release()
+
     def _refuse(self, force: bool) -> bool:
         """Whether there are earlier results; unless they may be replaced that is a fault."""
-        earlier = self._earlier()
-        if earlier and not force:
-            begun = RESULTS + ".journal" in earlier
-            held = "a run that did not end" if begun else earlier[0]
-            more = f"go on with it by 'slipstick resume {self.folder}', " if begun else ""
-            raise InputError(
-                f"{self.folder} already holds {held}; {more}choose another folder with -o, or --force to replace its "
-                "results"
-            )
-        return bool(earlier)
+        if force:
+            return bool(_held(self.folder, self._writes) or self._other_case())
+        refuse_held(self.folder, self._writes, goes_on=self._goes_on)
+        if copy := self._other_case():
+            raise InputError(f"{self.folder} already holds {copy}; {OR_REPLACE}")
+        return False
 
     @property
     def results(self) -> Path:
@@ -89,6 +153,7 @@ class OutputFolder:
 
     def copy_case(self) -> None:
         """Keep the case with its results."""
+        assert self._case_path is not None
         copy = self.work / self._case_path.name
         if not (copy.exists() and copy.samefile(self._case_path)):
             copy.write_text(self._case_text, encoding="utf-8")
@@ -107,10 +172,10 @@ class OutputFolder:
         """Put the new results in the place of earlier ones."""
         if not self.replaces:
             return
-        new = {path.name: path for path in self.work.iterdir()}
+        new, old = {path.name: path for path in self.work.iterdir()}, _held(self.folder, self._writes)
         for name, path in new.items():
             os.replace(path, self.folder / name)
-        for name in _left_by_runs(self.folder):
+        for name in old:
             if name not in new:
                 (self.folder / name).unlink(missing_ok=True)
         self.work.rmdir()
@@ -128,14 +193,13 @@ class OutputFolder:
             if path.is_dir() and not any(path.iterdir()):
                 path.rmdir()
 
-    def _earlier(self) -> list[str]:
-        if not self.folder.is_dir():
-            return []
-        names = [name for name in _left_by_runs(self.folder) if (self.folder / name).exists()]
+    def _other_case(self) -> str:
+        """The name of the case, where the folder holds another one of that name."""
+        if self._case_path is None:
+            return ""
         copy = self.folder / self._case_path.name
-        if copy.exists() and not copy.samefile(self._case_path) and self._case_text != _text(copy):
-            names.append(copy.name)
-        return names
+        same = not copy.exists() or copy.samefile(self._case_path) or self._case_text == _text(copy)
+        return "" if same else copy.name
 
     def _free(self, name: str) -> Path:
         candidates = (self.folder / (name if i == 1 else f"{name}-{i}") for i in range(1, 1000))
@@ -147,14 +211,45 @@ class OutputFolder:
         self._created += reversed(missing)
 
 
-def _left_by_runs(folder: Path) -> list[str]:
-    """Names of files that a run may have left in a folder."""
-    return [*_FILES, *sorted(path.name for path in folder.glob(SUBHARMONICS.format("[0-9]*")))]
+def refuse_held(folder: Path, writes: str, *, goes_on: bool = False) -> None:
+    """Raises InputError where a folder holds results, of any verb, or what one that leaves ``writes`` would replace.
+
+    With ``goes_on`` it may hold results of that kind.
+    """
+    own, held = WRITTEN[writes], _held(folder, writes)
+    if goes_on and _named(folder, (*own.results, *own.journals)):
+        kept = _named(folder, (*own.results, *own.journals, *own.beside, REPORT))
+        held = [name for name in held if name not in kept]
+    if not held:
+        return
+    begun = next((one for one in WRITTEN.values() if any(Path(held[0]).match(name) for name in one.journals)), None)
+    if begun is None:
+        raise InputError(f"{folder} already holds {held[0]}; {OR_REPLACE}")
+    raise InputError(
+        f"{folder} already holds {begun.what} that did not end; go on with it by 'slipstick resume {folder}', "
+        f"{begun.retry}{OR_REPLACE}"
+    )
+
+
+def _held(folder: Path, writes: str) -> list[str]:
+    """Names of what stands in the place of new results: journals, results, and what was written beside them."""
+    if not folder.is_dir():
+        return []
+    begun = _named(folder, [name for one in WRITTEN.values() for name in one.journals])
+    done = _named(folder, [name for one in WRITTEN.values() for name in one.results])
+    theirs = [one for key, one in WRITTEN.items() if key == writes or _named(folder, (*one.results, *one.journals))]
+    return [*begun, *done, *_named(folder, [REPORT, *(name for one in theirs for name in one.beside)])]
+
+
+def _named(folder: Path, patterns: Sequence[str]) -> list[str]:
+    """Names in a folder that fit patterns, in the order of these."""
+    return list(dict.fromkeys(path.name for pattern in patterns for path in sorted(folder.glob(pattern))))
 
 
 def work_of(folder: Path) -> Path:
     """Where the last run into a folder wrote: beside earlier results that it has not replaced, or the folder itself."""
-    begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _FILES[:2])]
+    names = [name for one in WRITTEN.values() for name in (*one.results, *one.journals)]
+    begun = [path for path in folder.glob("unfinished*") if _named(path, names)]
     return max(begun, key=lambda path: path.stat().st_mtime, default=folder)
 
 
@@ -169,7 +264,7 @@ def require_folder(folder: Path) -> None:
 
 
 class FolderOfRun(OutputFolder):
-    """The folder of an earlier run, to go on with it; nothing in it is removed.
+    """The folder of an earlier run, study or run-up, to go on with it; nothing in it is removed.
 
     Raises
     ------
@@ -180,9 +275,11 @@ class FolderOfRun(OutputFolder):
     def __init__(self, folder: Path) -> None:
         require_folder(folder)
         self.folder, self._created = folder, []
+        self._case_path, self._case_text, self._copied = None, "", None
         with telling(folder):
             self._lock = FolderLock(folder)
         self.work = work_of(folder)
+        self._writes, self._goes_on = analysis_in(self.work) or "run", True
         remove_leftovers(self.results)
 
     def keep_case(self, name: str, text: str) -> None:
@@ -197,8 +294,6 @@ def results_of(path: Path) -> Path:
 
     Raises InputError where a folder holds none.
     """
-    from slipstick.studies.folder import STUDY_FILE
-
     if not path.is_dir():
         return path
     names = (RESULTS, STUDY_FILE, PASSED, FITTED)
@@ -213,7 +308,6 @@ def results_of(path: Path) -> Path:
 def analysis_in(folder: Path) -> str:
     """What a folder holds, begun or complete, by its files: "study" or "run_up"; empty for a run, or nothing."""
     from slipstick.io.journal import journal_of
-    from slipstick.studies.folder import JOURNALS, STUDY_FILE
 
     if (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS)):
         return "study"

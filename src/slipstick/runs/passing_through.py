@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -18,7 +17,7 @@ from slipstick.analysis.time_domain.long_run import LongRun, PeriodDone, checked
 from slipstick.balance.physics_checks import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError, Outcome
-from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, path, whole, wrong
+from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, path, real_path, whole, wrong
 from slipstick.interrupts import held
 from slipstick.io.journal import Journal, journal_of, read_journal, unpacked
 from slipstick.io.loading import load_dataset
@@ -29,7 +28,7 @@ from slipstick.replacing import make_folder, telling
 from slipstick.results.run_up import CONTACT_STATES, RunUp
 from slipstick.results.schema import ANALYSIS, attributes_of, versions
 from slipstick.runs.checkpoints import checkpoints_in
-from slipstick.runs.folder import PASSED
+from slipstick.runs.folder import OR_REPLACE, PASSED
 from slipstick.typing import Array, Frequency, FrequencyRange
 
 if TYPE_CHECKING:
@@ -113,14 +112,24 @@ def run_up(
         outcome = _integrated(run, _heard(rows.append, heard))
         layout = run.recorder().layout
         return RunUp(_dataset(run, [layout.pack(done.values) for done in rows], [done.note for done in rows], outcome))
-    return _in_folder(run, path("run_up, folder", folder, "the path of a folder"), heard)
+    place = path("run_up, folder", folder, "the path of a folder")
+    make_folder(place)
+    with telling(place):
+        lock = FolderLock(place)
+    try:
+        return _in_folder(run, place, heard)
+    finally:
+        lock.release()
 
 
 def run_up_of_case(
     case: Case, table: Any, folder: Path, listener: Callable[[PeriodDone], object] | None = None,
     listeners: tuple[EventFunction, ...] = (),
 ) -> RunUp:  # fmt: skip
-    """What the table "run_up" of a case asks for; the folder holds the case too, so that ``resume`` can go on."""
+    """What the table "run_up" of a case asks for; the folder holds the case too, so that ``resume`` can go on.
+
+    Whoever calls holds the folder.
+    """
     run = _checked(case.problem(), table.omega, table.rate, table.periods, table.samples, None)
     return _in_folder(replace(run, warnings=()), folder, _heard(listener, listeners), case)  # told of by the case
 
@@ -150,43 +159,39 @@ def _integrated(run: LongRun, listeners: tuple[EventFunction, ...]) -> Outcome:
 
 def _in_folder(run: LongRun, folder: Path, listeners: tuple[EventFunction, ...], case: Case | None = None) -> RunUp:
     make_folder(folder)
-    with ExitStack() as stack:
-        with telling(folder):
-            lock = FolderLock(folder)
-        stack.callback(lock.release)
-        file, mark = folder / PASSED, _mark(run)
-        place = journal_of(file)
-        if file.exists() and not place.exists():
-            kept = load_run_up(file)
-            if kept.dataset.attrs.get("run_up") == mark:
-                return kept
-            raise InputError(f"{folder} already holds another run-up ({PASSED}); choose another folder")
-        keep = 0
-        if place.exists():
-            recorded = read_journal(place)
-            if recorded.about.get("run_up") != mark:
-                raise InputError(f"{folder}: another run-up was begun in it; choose another folder")
-            run, keep = replace(run, checkpoints=checkpoints_in(recorded, run)), recorded.ends[-1]
-        names: dict[str, str] = {} if case is None else case.names
-        about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(case.path.resolve())}
-        layout = replace(run.recorder().layout, attributes={**versions(), **names})
-        journal = Journal(place, layout, about, keep)
-
-        def add(event: Event) -> None:
-            if isinstance(event, PointFound) and event.checkpoint is not None:
-                journal.append(layout.pack(event.values), event.checkpoint.plain())
-
-        try:
-            outcome = _integrated(run, (add, *listeners))
-        finally:
-            journal.close(remove=False)
+    file, mark = folder / PASSED, _mark(run)
+    place, remedy = journal_of(file), "choose another folder" if case is None else OR_REPLACE
+    if file.exists() and not place.exists():
+        kept = load_run_up(file)
+        if kept.dataset.attrs.get("run_up") == mark:
+            return kept
+        raise InputError(f"{folder} already holds another run-up ({PASSED}); {remedy}")
+    keep = 0
+    if place.exists():
         recorded = read_journal(place)
-        dataset = _dataset(run, recorded.rows, [unpacked(note) for note in recorded.notes()], outcome)
-        dataset.attrs |= {"run_up": mark, **names}
-        save_dataset(dataset, file)
-        if outcome.ok:
-            place.unlink()
-        return RunUp(dataset)
+        if recorded.about.get("run_up") != mark:
+            raise InputError(f"{folder} already holds another run-up that did not end; {remedy}")
+        run, keep = replace(run, checkpoints=checkpoints_in(recorded, run)), recorded.ends[-1]
+    names: dict[str, str] = {} if case is None else case.names
+    about = {ANALYSIS: "run_up", "run_up": mark, "case_path": "" if case is None else str(real_path(case.path))}
+    layout = replace(run.recorder().layout, attributes={**versions(), **names})
+    journal = Journal(place, layout, about, keep)
+
+    def add(event: Event) -> None:
+        if isinstance(event, PointFound) and event.checkpoint is not None:
+            journal.append(layout.pack(event.values), event.checkpoint.plain())
+
+    try:
+        outcome = _integrated(run, (add, *listeners))
+    finally:
+        journal.close(remove=False)
+    recorded = read_journal(place)
+    dataset = _dataset(run, recorded.rows, [unpacked(note) for note in recorded.notes()], outcome)
+    dataset.attrs |= {"run_up": mark, **names}
+    save_dataset(dataset, file)
+    if outcome.ok:
+        place.unlink()
+    return RunUp(dataset)
 
 
 def load_run_up(file: str | Path) -> RunUp:

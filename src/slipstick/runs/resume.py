@@ -27,7 +27,8 @@ from slipstick.runs.folder import PASSED, FolderOfRun, analysis_in
 from slipstick.runs.passing_through import load_run_up, run_up_of_case
 from slipstick.runs.run import UNFINISHED, Begun, CaseRun
 from slipstick.runs.study import StudyRun
-from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
+from slipstick.studies import JOURNALS, STUDY_FILE
+from slipstick.studies.folder import WHOLE
 
 if TYPE_CHECKING:
     import xarray
@@ -75,31 +76,36 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset | RunUp:
     >>> branch.outcome, len(branch)  # doctest: +SKIP
     """
     path = path_of("resume, folder", folder, "the folder of a run or a study")
-    if path.is_dir() and analysis_in(path) == "study":
-        case = begun_study(path, _warn)
-        if isinstance(case, Case):
-            with StudyRun(case, path) as study:
-                warn(study.plan.warnings)
-                study.compute()
-                study.write()
-                warn([study.failure] if study.failure else [])
-        return load_dataset(path / STUDY_FILE)
-    if analysis_in(path) == "run_up":
-        case = begun_run_up(path, _warn)
-        if isinstance(case, Case):
-            warn(case.warnings())
-            return run_up_of_case(case, case.further[RUN_UP], path)
-        return load_run_up(path / PASSED)
-    place = FolderOfRun(path)
-    try:
+    with FolderOfRun(path) as place:
+        held = analysis_in(place.work)
+        if held == "study":
+            case, complete = begun_study(place.work, _warn), True
+            if isinstance(case, Case):
+                with StudyRun(case, place.work) as study:
+                    warn(study.plan.warnings)
+                    study.compute()
+                    study.write()
+                    warn([study.failure] if study.failure else [])
+                complete = study.folder.complete and not study.failure
+            if complete:
+                place.complete()
+            return load_dataset(place.work / STUDY_FILE)
+        if held == "run_up":
+            case = begun_run_up(place.work, _warn)
+            if isinstance(case, Case):
+                warn(case.warnings())
+                passed = run_up_of_case(case, case.further[RUN_UP], place.work)
+            else:
+                passed = load_run_up(place.work / PASSED)
+            if passed.dataset.attrs["outcome"] == Outcome.COMPLETED.name:
+                place.complete()
+            return passed
         run = begun_run(place, _warn)
         if isinstance(run, CaseRun):
             run.compute()
             run.finish()
             warn([*run.run_warnings, *run.failures])
         return load(place.results)
-    finally:
-        place.release()
 
 
 def _warn(sentence: str) -> None:

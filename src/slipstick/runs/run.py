@@ -16,7 +16,8 @@ from slipstick.analysis.road.checkpoint import Checkpoint
 from slipstick.analysis.road.events import Event, Listener, PointFound, Searching, Started, StrategyTried, Working
 from slipstick.analysis.road.run import Run, Sink, undisturbed
 from slipstick.case.case import Case
-from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
+from slipstick.errors import KEPT, InputError, Outcome, SlipstickWarning, TimeIsUp, without_points
+from slipstick.faults import real_path
 from slipstick.io.journal import Recorded
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import ResultStore, save_branch
@@ -246,7 +247,10 @@ class CaseRun:
     @property
     def text(self) -> str:
         """How it ended, in words."""
-        return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
+        if self.failures:
+            return "stopped: " + "; ".join(self.failures)
+        said = self.message or self.outcome.text
+        return said if self.points else without_points(said)
 
     @cached_property
     def request(self) -> Request:
@@ -263,7 +267,7 @@ class CaseRun:
                 self.folder.results, recorded.layout, stored, recorded=recorded, keep=keep, without=without
             )
             return
-        about = {ANALYSIS: self.analysis, "case_path": str(self.case.path.resolve())}
+        about = {ANALYSIS: self.analysis, "case_path": str(real_path(self.case.path))}
         about["problem"] = fingerprint(self.request.problem)
         self.store = ResultStore(self.folder.results, layout, stored, about=about, without=without)
         self.folder.copy_case()
@@ -311,7 +315,7 @@ class CaseRun:
 
     def _unfinished(self) -> Mapping[str, Any]:
         """Attributes of an unfinished file."""
-        unfinished = "unfinished: the run ended before it could say why; every point found is kept"
+        unfinished = f"unfinished: the run ended before it could say why; {KEPT}"
         attributes = attributes_of(
             self.request.problem, Outcome.INTERRUPTED, unfinished, self.case_warnings, analysis=self.analysis,
             parameter=self.request.parameter,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome
+from slipstick.faults import real_path
 from slipstick.runs.failures import os_sentence
 from slipstick.studies.folder import WHOLE, Share, StudyFolder
 from slipstick.studies.plan import StudyPlan
@@ -62,7 +63,7 @@ class StudyRun:
         self.case, self._spread = case, spread
         self.plan: StudyPlan = case.plan
         self.folder = StudyFolder(
-            path, case.study_job(), case.plan, about=case.names, path=str(case.path.resolve()),
+            path, case.study_job(), case.plan, about=case.names, path=str(real_path(case.path)),
             share=spread.share or WHOLE,
         )  # fmt: skip
         self.todo = self.folder.todo(missing=missing)

@@ -16,7 +16,7 @@ from slipstick.results.solutions import Solutions
 from slipstick.results.table import is_dataset
 from slipstick.results.view import analysis_of
 from slipstick.runs.folder import results_of
-from slipstick.studies.folder import CURVES_FILE
+from slipstick.studies import CURVES_FILE
 from slipstick.studies.table import curves_with_parameters
 
 if TYPE_CHECKING:

@@ -21,15 +21,13 @@ from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
 from slipstick.replacing import make_folder, telling
 from slipstick.results.schema import ANALYSIS
+from slipstick.studies import CURVES_FILE, JOURNALS, STUDY_FILE
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import curves_dataset, row_layout, study_attributes, study_dataset
 
 if TYPE_CHECKING:
     import xarray
-
-STUDY_FILE, CURVES_FILE = "study.nc", "curves.nc"
-JOURNALS = "study*.journal"
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import listed, one, path, truth, warn, whole, wrong
 from slipstick.results.schema import LARGEST
 from slipstick.structure.disc import MISTUNING
-from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
+from slipstick.studies import CURVES_FILE, STUDY_FILE
+from slipstick.studies.folder import StudyFolder
 from slipstick.studies.plan import MISTUNED, StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import study_attributes, study_dataset

@@ -23,7 +23,8 @@ def all_checks() -> tuple[Check, ...]:
 def computed_rows(names: str | Sequence[str] | None = None) -> Iterator[Row]:
     """Rows one after another, each computed when it is asked for.
 
-    ``names`` keeps the rows whose name or description contains one of the given texts, whatever the case.
+    ``names`` keeps the rows of one of the given names, such as "CF1", or of a family, such as "CF"; a text that is
+    neither keeps those whose name or description contains it. Capitals do not matter.
 
     Raises
     ------
@@ -32,11 +33,18 @@ def computed_rows(names: str | Sequence[str] | None = None) -> Iterator[Row]:
     """
     wanted = [names] if isinstance(names, str) else list(names or ())
     checks = all_checks()
-    chosen = [c for c in checks if not wanted or any(t.lower() in f"{c.name} {c.what}".lower() for t in wanted)]
+    kept = {id(check) for text in wanted for check in _called(checks, text.lower())}
+    chosen = [check for check in checks if not wanted or id(check) in kept]
     if not chosen:
         known = ", ".join(dict.fromkeys(check.name for check in checks))
         raise InputError(f"verify: no check is called {' or '.join(wanted)}; there are {known}")
     return (check.row() for check in chosen)
+
+
+def _called(checks: Sequence[Check], text: str) -> list[Check]:
+    named = [check for check in checks if check.name.lower() == text]
+    family = [check for check in checks if check.name.lower().rstrip("0123456789") == text]
+    return named or family or [check for check in checks if text in f"{check.name} {check.what}".lower()]
 
 
 SECTIONS = {
@@ -86,7 +94,7 @@ def table_page(rows: Iterable[Row], version: str) -> str:
         "# Verification table\n",
         f"{holding} of {len(rows)} checks pass, slipstick {version}.\n"
         "Your installation: `slipstick verify`, half a minute.\n"
-        "This page: `slipstick verify --markdown docs/validation.md`.\n",
+        "This page: `slipstick verify --markdown docs/validation.md --force`.\n",
     ]
     for title, (names, about) in SECTIONS.items():
         section = [row for row in rows if row.name.rstrip("0123456789") in names]

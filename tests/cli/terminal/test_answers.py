@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 import typer
 from helpers.command import slipstick
+from helpers.gmsh import beam, write_inp
 
 from slipstick.cli.examples import example
 from slipstick.cli.terminal.answers import answering
@@ -108,4 +110,69 @@ def test_a_full_disk_behind_the_document_is_told_in_a_sentence(monkeypatch, caps
     with pytest.raises(typer.Exit) as ended, answering(True):
         raise typer.Exit(0)
     assert ended.value.exit_code == 2
-    assert capsys.readouterr().err == "error: the disk is full; free some space or choose another folder with -o\n"
+    said = "error: standard output: cannot be written (no space left on device); choose another place\n"
+    assert capsys.readouterr().err == said
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links that anyone may make")
+def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:
+    for name in ("loop.nc", "loop.npy", "loop.inp"):
+        (tmp_path / name).symlink_to(name)
+    inner = case(tmp_path, ("stiffness = [[40.0]]", 'stiffness = "loop.npy"'))
+    deck = tmp_path / "deck.inp"
+    deck.write_text("*INCLUDE, INPUT=loop.inp\n")
+    why = f"cannot be reached ({os.strerror(errno.ELOOP)})"
+    calls = {
+        ("report", tmp_path / "loop.nc"): f"results: found '{tmp_path / 'loop.nc'}', which {why}",
+        ("check", inner): f'[structure] stiffness: found "loop.npy"; it {why}; put the file itself there',
+        ("import", tmp_path / "loop.inp", "-o", tmp_path / "m.h5"): f"{tmp_path / 'loop.inp'}: {why}",
+        ("import", deck, "-o", tmp_path / "m.h5"): f"line 1: *INCLUDE: loop.inp {why}",
+    }
+    for call, words in calls.items():
+        result = slipstick(*call)
+        assert (result.exit_code, words in " ".join(result.output.split())) == (2, True), result.output
+    code, found, said = asked("report", tmp_path / "loop.nc")
+    assert code == 2
+    assert said == "".join(f"error: {sentence}\n" for sentence in found["errors"])
+    assert "loop.nc" in said
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (ZeroDivisionError("oops"), 1, "a fault of slipstick itself (ZeroDivisionError: oops)"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "the disk is full"),
+        (MemoryError(), 2, "there is not enough memory"),
+    ],
+)
+def test_whatever_ends_a_command_is_among_its_errors(
+    error: Exception, code: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("slipstick.case.case.Case.from_file", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    ended, found, said = asked("check", case(tmp_path))
+    (sentence,) = found["errors"]
+    assert (ended, sentence.startswith(words), said) == (code, True, f"error: {sentence}\n")
+
+
+def test_init_and_import(tmp_path: Path) -> None:
+    code, found, _ = asked("init")
+    assert (code, {"name", "about", "case"}) == (0, set(found["examples"][0]))
+    assert "oscillator" in [row["name"] for row in found["examples"]]
+    code, found, said = asked("init", "oscillator", tmp_path / "new")
+    assert (code, found["files"]) == (0, [str(tmp_path / "new" / "oscillator.toml")])
+    assert "next: slipstick run" in said
+    code, found, said = asked("init", "oscillator", tmp_path / "new")
+    assert (code, said) == (2, f"error: {found['errors'][0]}\n")
+    write_inp(tmp_path / "m.inp", *beam())
+    material = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
+    code, found, said = asked("import", tmp_path / "m.inp", "-o", tmp_path / "m.h5", *material, "--fix", "ROOT")
+    assert (code, found["model"]) == (0, str(tmp_path / "m.h5"))
+    assert found["notes"]
+    assert "units of the model are not stated" in found["warnings"][-1]
+    assert f"warning: {found['warnings'][-1]}" in said
+    code, found, _ = asked("import", tmp_path / "m.inp", "-o", tmp_path / "m.h5", *material)
+    assert (code, "is there already" in found["errors"][0]) == (2, True)

@@ -48,14 +48,21 @@ def test_a_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert Path("disc-campbell.png").stat().st_size > 10_000
     said = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9 rad/s", "-o", "own.svg"])
     assert "engine order 1 meets mode 2 (forward) at 7.07107 rad/s" in said.output
-    assert Path("own.svg").exists()
+    drawn = Path("own.svg").read_bytes()
+    assert drawn
+    for name in ("own.svg", "disc-campbell.png"):
+        option = ["-o", name] if name == "own.svg" else []
+        refused = CliRunner().invoke(app, ["campbell", "disc.toml", "--to", "9 rad/s", *option])
+        said = f"error: {name}: is there already; choose another name, or --force to replace it"
+        assert (refused.exit_code, " ".join(refused.output.split())) == (2, said)
+        assert Path("own.svg").read_bytes() == drawn
 
 
 def test_speeds_without_a_unit_are_rad_per_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("disc.toml").write_text(CASE)
     results = [
-        CliRunner().invoke(app, ["campbell", "disc.toml", "--to", to, "-o", "own.svg"])
+        CliRunner().invoke(app, ["campbell", "disc.toml", "--to", to, "-o", "own.svg", "--force"])
         for to in ("9", "9 rad/s", "9 x")
     ]
     assert [result.exit_code for result in results] == [0, 0, 2]

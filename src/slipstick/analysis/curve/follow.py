@@ -30,7 +30,7 @@ from slipstick.balance.physics_checks import parameter_warnings, problem_warning
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import Fault, InputError, Outcome
+from slipstick.errors import Fault, InputError, Outcome, without_points
 from slipstick.faults import frequency, names, numbers, shown
 from slipstick.interrupts import pass_on
 from slipstick.results.measures import amplitude
@@ -297,7 +297,9 @@ class CurveRun(Run[CurveRequest]):
         unit = f" ({request.parameter})" if request.parameter else f" {request.problem.units.angular}"
         known = segments[0].last
         if not self.count or known is None:
-            return f"{message}; no point was found at {request.start:.6g}{unit}"
+            at = f" at {request.start:.6g}{unit}"
+            said = without_points(message, at)
+            return said if said != message else f"{message}; no point was found{at}"
         last = known[0] if self.latest is None else self.latest.parameter
         return f"{message}; the last of {self.count} points is at {last:.6g}{unit}"
 

@@ -12,7 +12,7 @@ from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_argume
 from slipstick.analysis.curve.linear import ends_of, frequencies_of
 from slipstick.analysis.road.request import Checks
 from slipstick.balance.balance import Balance
-from slipstick.errors import Fault, InputError, Outcome
+from slipstick.errors import Fault, InputError, Outcome, without_points
 from slipstick.faults import frequency, numbers, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Point, contact_states, unknowns
@@ -121,8 +121,8 @@ class SteadyRun(CurveRun):
 
     @property
     def closing(self) -> str:
-        """The message as it is."""
-        return self.message
+        """The message, which names the points itself."""
+        return self.message if self.count else without_points(self.message)
 
 
 def _nearest(branch: Solutions, balance: Balance, value: float, parameter: str) -> tuple[Array, Array | None]:

@@ -22,7 +22,7 @@ from slipstick.faults import Gathering, one, several, warn, whole, wrong
 from slipstick.faults import path as path_of
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.html import some
-from slipstick.replacing import writing
+from slipstick.replacing import HDF5, writing
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ class Preload:
         Raises
         ------
         InputError
-            If the file cannot be written.
+            If the file cannot be written, or there is one that is no netCDF.
         """
         import h5netcdf
         from xarray.backends import H5NetCDFStore
@@ -151,7 +151,7 @@ class Preload:
         content = BytesIO()  # HDF5 crashes where it cannot write to a file, as on a full disk
         with h5netcdf.File(content, "w") as file:
             self.dataset.dump_to_store(H5NetCDFStore(file))
-        with writing(target) as temporary:
+        with writing(target, HDF5) as temporary:
             temporary.write_bytes(content.getbuffer())
         return target
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from slipstick.analysis.road.events import Event, EventFunction, Listener, PointFound, Started, Stopped, Working
-from slipstick.errors import Outcome, TimeIsUp
+from slipstick.errors import Outcome, TimeIsUp, without_points
 from slipstick.faults import warn
 from slipstick.interrupts import held, pass_on, unbroken
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
@@ -125,7 +125,7 @@ class Run(ABC, Generic[R]):
     @property
     def closing(self) -> str:
         """Message of the results."""
-        return self.message
+        return self.message if self.count else without_points(self.message)
 
     @property
     def seconds(self) -> float:

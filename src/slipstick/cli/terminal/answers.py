@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import asdict
 from pathlib import Path
@@ -36,12 +36,16 @@ def answering(wanted: bool) -> Iterator[Answer]:
         with guarded():
             yield answer
         return
+
+    def hear(sentences: Sequence[str]) -> None:
+        answer["errors"] = [*answer["errors"], *sentences]
+
     try:
-        with redirect_stdout(sys.stderr), guarded():
+        with redirect_stdout(sys.stderr), guarded(hear):
             try:
                 yield answer
             except InputError as error:
-                answer |= _faults(error)
+                answer["faults"] = _faults(error)["faults"]
                 raise
     except typer.Exit as ended:
         answer["exit_code"] = ended.exit_code

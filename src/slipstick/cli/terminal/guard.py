@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import unicodedata
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from io import TextIOBase
 from pathlib import Path
 from types import FrameType
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning, TimeIsUp, reason_of
+from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp, reason_of
+from slipstick.replacing import unwritable
 from slipstick.runs.failures import fault_sentence, internal_sentence, os_sentence
-from slipstick.runs.folder import REPORT
+from slipstick.runs.folder import REPORT, OutputFolder
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -23,6 +24,8 @@ T = TypeVar("T")
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 INTERRUPTED = 130
 """By Ctrl-C with nothing to keep, as shells name it; what is stopped with something found is STOPPED."""
+PIPE_CLOSED = 141
+"""A help or a version that nobody reads to its end: that of any program of the shell."""
 
 command: Sequence[str] | None = None
 """The arguments of the command line, where this process is one and so can begin again."""
@@ -43,11 +46,37 @@ def say(text: str = "") -> None:
 
 
 def put(line: str) -> None:
-    """Print a line as it is; a closed pipe is no fault."""
+    """Print a line as it is; a closed pipe is no fault.
+
+    Raises
+    ------
+    InputError
+        If standard output cannot be written, as on a full disk.
+    """
     try:
         print(line, flush=True)
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        mute()
+    except OSError as error:
+        raise unwritten(error) from None
+
+
+def mute() -> None:
+    """Let nothing more be written to a standard output that takes nothing."""
+    sys.stdout = _Nowhere()
+
+
+class _Nowhere(TextIOBase):
+    """Takes all that is written, and keeps nothing."""
+
+    def write(self, text: str) -> int:
+        return len(text)
+
+
+def unwritten(error: OSError) -> InputError:
+    """What is raised where standard output cannot be written; the end of the process does not try once more."""
+    mute()
+    return unwritable("standard output", (error.strerror or str(error)).lower())
 
 
 def complain(text: str) -> None:
@@ -82,9 +111,20 @@ def say_results(folder: Path, files: str = "", *, reported: bool) -> None:
         say_page(folder / REPORT)
 
 
+def say_untouched(place: OutputFolder) -> None:
+    """Print, of results that are not complete, that the earlier ones are still there."""
+    if place.replaces:
+        complain(f"the earlier results in {place.folder} are untouched; the new ones are not complete")
+
+
 def say_page(page: Path) -> None:
     """Print the page to open."""
     say(f"open {page} in a browser")
+
+
+def stopped_code(outcome: Outcome | None, found: int) -> int:
+    """The exit code of what stopped early, with so many points, cases or periods."""
+    return INTERRUPTED if outcome is Outcome.INTERRUPTED and not found else STOPPED
 
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:
@@ -97,6 +137,24 @@ def prepare_kernel(tell: Callable[[str], None]) -> None:
     tell(f"compiling the contact kernel, once on this machine, {COMPILE_TIME} ...")
     seconds = compile_all()
     tell(f"compiled in {seconds:.0f} s; later runs start at once")
+
+
+@contextmanager
+def warnings_at_once() -> Iterator[None]:
+    """Print warnings of this package raised in the block on standard error, each once and when it comes."""
+    before, said = warnings.showwarning, set[str]()
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if not issubclass(category, SlipstickWarning):
+            before(message, category, *where, **more)
+        elif str(message) not in said:
+            said.add(str(message))
+            warn_user(str(message))
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", SlipstickWarning)
+        warnings.showwarning = show
+        yield
 
 
 @contextmanager
@@ -117,21 +175,27 @@ def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
 
 
 @contextmanager
-def guarded() -> Iterator[None]:
-    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped, 130 interrupted."""
+def guarded(heard: Callable[[Sequence[str]], None] = lambda sentences: None) -> Iterator[None]:
+    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped, 130 interrupted.
+
+    ``heard`` is told the sentences, too.
+    """
     import typer
+
+    def ended(sentences: Sequence[str], code: int) -> typer.Exit:
+        heard(sentences)
+        report_faults(sentences)
+        return typer.Exit(code)
 
     try:
         yield
     except InputError as error:
-        report_faults(error.sentences)
-        raise typer.Exit(BAD_INPUT) from None
+        raise ended(error.sentences, BAD_INPUT) from None
     except OSError as error:
-        complain(f"error: {os_sentence(error)}")
-        raise typer.Exit(BAD_INPUT) from None
+        raise ended([os_sentence(error)], BAD_INPUT) from None
     except MemoryError:
-        complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
-        raise typer.Exit(BAD_INPUT) from None
+        said = "there is not enough memory for this case; keep fewer harmonics, contacts or output dofs"
+        raise ended([said], BAD_INPUT) from None
     except KeyboardInterrupt as stop:
         late = isinstance(stop, TimeIsUp)
         complain("stopped at the time limit; nothing was found yet" if late else "interrupted")
@@ -139,11 +203,10 @@ def guarded() -> Iterator[None]:
     except typer.Exit:
         raise
     except Exception as error:
-        complain(f"error: {internal_sentence(error)}")
-        raise typer.Exit(STOPPED) from None
+        raise ended([internal_sentence(error)], STOPPED) from None
 
 
-def report_faults(sentences: tuple[str, ...]) -> None:
+def report_faults(sentences: Sequence[str]) -> None:
     """Print all faults, one a line."""
     for sentence in sentences:
         complain(f"error: {sentence}")

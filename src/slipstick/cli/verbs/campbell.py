@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.options import CasePath
+from slipstick.cli.options import CasePath, ForceFile, refuse_file
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
@@ -43,11 +43,19 @@ def shown_unit(read: Case, *speeds: str) -> str:
     return known[0] if known else read.frequency_unit if read.frequency_unit in FREQUENCIES else "rad/s"
 
 
+def diagram_file(output: Path | None, default: str, *, force: bool) -> Path:
+    """The file of a diagram, refused before anything is computed if it is there already."""
+    path = output or Path(default)
+    path = path if path.suffix else path.with_suffix(".png")
+    refuse_file(path, force=force)
+    return path
+
+
 def write_diagram(axes: Any, path: Path, answer: Answer) -> None:
     """A diagram in the format that the file's ending says, told."""
     from slipstick.plots import save_figure
 
-    written = save_figure(axes, path.with_suffix(""), formats=(path.suffix.removeprefix(".") or "png",))
+    written = save_figure(axes, path.with_suffix(""), formats=(path.suffix.removeprefix("."),))
     answer["figures"] = [str(each) for each in written]
     say(f"figure in {', '.join(map(str, written))}")
 
@@ -67,6 +75,7 @@ def campbell(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The figure; by default CASE-campbell.png, here.")
     ] = None,
+    force: ForceFile = False,
 ) -> int:
     """Damped frequencies of a rotor without contacts over its speed ("gyroscopic"), and its critical speeds."""
     import numpy as np
@@ -79,6 +88,7 @@ def campbell(
     first, last = parsed_speed("--from", start), parsed_speed("--to", to)
     if not 0.0 <= first < last:
         raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
+    file = diagram_file(output, f"{read.name}-campbell.png", force=force)
     structure: Any = read.problem().structure
     found = diagram(
         structure, np.linspace(first, last, points), engine_orders=whole_numbers("--orders", orders), modes=modes
@@ -95,7 +105,5 @@ def campbell(
         )
     if not answer["crossings"]:
         say(f"no crossing between {first:g} and {last:g} rad/s")
-    write_diagram(
-        draw(found, frequency=shown_unit(read, to, start)), output or Path(f"{read.name}-campbell.png"), answer
-    )
+    write_diagram(draw(found, frequency=shown_unit(read, to, start)), file, answer)
     return DONE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import CasePath, KeptTimeLimit, Quiet, Report, files, folder_option, run_options
+from slipstick.cli.options import CasePath, Force, KeptTimeLimit, Quiet, Report, files, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
@@ -24,9 +24,8 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
-from slipstick.errors import InputError
-from slipstick.replacing import make_folder, writing
-from slipstick.runs.folder import FITTED, REPORT
+from slipstick.replacing import writing
+from slipstick.runs.folder import FITTED, REPORT, OutputFolder
 
 if TYPE_CHECKING:
     from slipstick.analysis.identification.identification import Identification
@@ -51,7 +50,7 @@ def identify(
         ),
     ],
     output: Annotated[Path | None, folder_option("CASE-identify")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
+    force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
     quiet: Quiet = False,
@@ -68,22 +67,22 @@ def identify(
     table = read.further["identify"]
     prepare_kernel(complain)
     folder = output or Path(f"{read.name}-identify")
-    if (folder / FITTED).exists() and not force:
-        raise InputError(f"{folder / FITTED} is there already; give another folder with -o, or --force")
-    with termination_as_interrupt(), curve_display(0.0, 1.0, "", quiet=quiet) as display:
-        listeners = (lambda event: display.search((event.text,)), Clock(options.until))
-        found = quietly(
-            identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
-            relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, columns=table.columns,
-            quantity=table.quantity, listeners=listeners,
-        )  # fmt: skip
-    for sentence in found.warnings:
-        warn_user(sentence)
-    for line in found.summary().splitlines():
-        say(line)
-    found.dataset.attrs.update(read.names)
-    _write(folder, found, figures=figures)
-    reported = report and report_or_warn(lambda: write_fit_report(found.dataset, folder / REPORT))
+    with OutputFolder(folder, writes="identify", force=force) as place:
+        with termination_as_interrupt(), curve_display(0.0, 1.0, "", quiet=quiet) as display:
+            listeners = (lambda event: display.search((event.text,)), Clock(options.until))
+            found = quietly(
+                identify, read.problem(), data, table.parameters, bounds=table.bounds, noise=table.noise,
+                relative_noise=table.relative_noise, starts=table.starts, seed=table.seed, columns=table.columns,
+                quantity=table.quantity, listeners=listeners,
+            )  # fmt: skip
+        for sentence in found.warnings:
+            warn_user(sentence)
+        for line in found.summary().splitlines():
+            say(line)
+        found.dataset.attrs.update(read.names)
+        _write(place.work, found, figures=figures)
+        reported = report and report_or_warn(lambda: write_fit_report(found.dataset, place.work / REPORT))
+        place.complete()
     answer |= {
         "values": dict(found.values), "standard_errors": dict(found.standard_errors), "misfit": found.misfit,
         "noise": found.noise, "indistinct": list(found.indistinct), "warnings": list(found.warnings),
@@ -98,7 +97,6 @@ def _write(folder: Path, found: Identification, *, figures: bool) -> None:
     """The dataset, the summary, the values for a case or a script, and a figure."""
     from slipstick.io.store import save_dataset
 
-    make_folder(folder)
     save_dataset(found.dataset, folder / FITTED)
     texts = {"summary.txt": found.summary(), "values.json": json.dumps(dict(found.values), indent=1)}
     for name, content in texts.items():

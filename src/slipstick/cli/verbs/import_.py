@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from slipstick.cli.options import ForceFile, refuse_file
+from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
@@ -22,6 +24,7 @@ _SUFFIXES = (".h5", ".hdf5")
 
 @verb
 def import_(
+    answer: Answer,
     files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Matrices, maps and meshes of one model.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The model to write, such as model.h5.")],
     mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not show it.")] = None,
@@ -46,7 +49,7 @@ def import_(
         list[str] | None, typer.Option(help="Multiply the numbers of the files: length=25.4e-3; mass, force, time too.")
     ] = None,
     to: Annotated[str | None, typer.Option(help='Convert from --units to these: SI, or "N, mm, t, s".')] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
+    force: ForceFile = False,
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
     from slipstick.faults import Gathering
@@ -68,10 +71,10 @@ def import_(
     faults += [*wrong_names, *wrong_factors, *gathering.faults, *_file_faults(paths, output, force)]
     if options is None or faults:
         raise InputError(faults)
-    _import(files, output, options)
+    answer |= _import(files, output, options)
 
 
-def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
+def _import(files: list[Path], output: Path, options: ImportOptions) -> Answer:
     """Import and print what came in, one line each; notes that need attention are part of it."""
     from slipstick.importers.import_model import read_model, summary
     from slipstick.io.model_file import save_model
@@ -82,12 +85,14 @@ def _import(files: list[Path], output: Path, options: ImportOptions) -> None:
     notes = summary(model)
     for line in notes:
         say(line)
-    for warning in model.warnings:
-        warn_user(warning)
+    warned = list(model.warnings)
     kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
     say(f'wrote {output}: name it in a case as [structure] {kinds}, file = "{output.name}"')
     if options.units is None and "units: not stated" in " ".join(notes):
-        warn_user('the units of the model are not stated; give them with --units "N, mm, t, s"')
+        warned.append('the units of the model are not stated; give them with --units "N, mm, t, s"')
+    for warning in warned:
+        warn_user(warning)
+    return {"model": output, "notes": list(notes), "warnings": warned}
 
 
 def _material(constants: dict[str, Any]) -> tuple[Material | None, list[str | Fault]]:
@@ -130,9 +135,15 @@ def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str]]:
     return factors or None, []
 
 
-def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:
-    faults = [
-        f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}"
+def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str | Fault]:
+    from slipstick.faults import Gathering, unreached
+
+    def missing(path: Path) -> str:
+        reason = unreached(path)
+        return f"cannot be reached ({reason}); give the file itself" if reason else "there is no such file"
+
+    faults: list[str | Fault] = [
+        f"{path}: {'found a folder; give its files' if path.is_dir() else missing(path)}"
         for path in files
         if not path.is_file()
     ]
@@ -142,6 +153,8 @@ def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:
         faults.append(f"-o {output}: found a folder; expected a file such as model.h5")
     elif not output.parent.is_dir():
         faults.append(f"-o {output}: the folder {output.parent} is not there; make it first")
-    elif output.exists() and not force:
-        faults.append(f"{output}: is there already; choose another name with -o, or --force to replace it")
+    else:
+        gathering = Gathering()
+        gathering.take(refuse_file, output, force=force)
+        faults += gathering.faults
     return faults

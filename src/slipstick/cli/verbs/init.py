@@ -13,6 +13,7 @@ import typer
 from slipstick.cli.examples import Example, example, examples
 from slipstick.cli.names import OF_TABLES, command_name
 from slipstick.cli.options import example_names
+from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
@@ -21,6 +22,7 @@ from slipstick.replacing import make_folder, writing
 
 @verb
 def init(
+    answer: Answer,
     example: Annotated[
         str | None, typer.Argument(help="Name of an example; without it they are listed.", autocompletion=example_names)
     ] = None,
@@ -33,8 +35,9 @@ def init(
     """Write a commented example case, or the same as a Python script."""
     if example is None or listed:
         list_examples()
+        answer["examples"] = [{"name": e.name, "about": e.about, "case": e.is_case} for e in examples().values()]
     else:
-        write_example(example, folder, python=python)
+        answer["files"] = write_example(example, folder, python=python)
 
 
 def list_examples() -> None:

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 
 import typer
 
-from slipstick.cli.options import CasePath
+from slipstick.cli.options import CasePath, ForceFile
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.campbell import parsed_speed, shown_unit, whole_numbers, write_diagram
+from slipstick.cli.verbs.campbell import diagram_file, parsed_speed, shown_unit, whole_numbers, write_diagram
 from slipstick.errors import InputError
 
 _WAVES = {1: "wave with the pattern", -1: "wave against the pattern", 0: "standing wave"}
@@ -29,6 +29,7 @@ def interference(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The figure; by default CASE-interference.png, here.")
     ] = None,
+    force: ForceFile = False,
 ) -> int:
     """Undamped frequencies of a disc without contacts by nodal diameter, met by engine orders (SAFE diagram)."""
     from slipstick.case.case import Case
@@ -39,6 +40,7 @@ def interference(
     disc: Any = getattr(read.problem().structure, "sector", None)
     if disc is None:
         raise InputError(f'{case}: the structure is no sector of a disc; expected [structure] kind = "disc"')
+    file = diagram_file(output, f"{read.name}-interference.png", force=force)
     speeds = parsed_speed("--from", start), parsed_speed("--to", to)
     found = diagram(disc, speeds, engine_orders=whole_numbers("--orders", orders), modes=modes)
     names = ("speed", "frequency", "order", "nodal_diameter", "mode", "wave")
@@ -51,7 +53,5 @@ def interference(
         )
     if not rows:
         say("no engine order meets a frequency of its nodal diameter")
-    write_diagram(
-        draw(found, frequency=shown_unit(read, to, start)), output or Path(f"{read.name}-interference.png"), answer
-    )
+    write_diagram(draw(found, frequency=shown_unit(read, to, start)), file, answer)
     return DONE

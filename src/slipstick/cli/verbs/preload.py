@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import CasePath, folder_option
+from slipstick.cli.options import CasePath, Force, folder_option
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, quietly, say, say_results, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
-from slipstick.replacing import make_folder
-from slipstick.runs.folder import LOADED
+from slipstick.runs.folder import LOADED, OutputFolder
 
 if TYPE_CHECKING:
     from slipstick.analysis.preload.preload import Preload
@@ -24,7 +23,7 @@ def preload(
     answer: Answer,
     case: CasePath,
     output: Annotated[Path | None, folder_option("CASE-preload")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
+    force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
 ) -> int:
     """Compute the load steps of a case with bolts and preload: forces, pressures, gaps before the vibration."""
@@ -34,19 +33,20 @@ def preload(
     for sentence in read.noticed:
         warn_user(sentence)
     folder = output or Path(f"{read.name}-preload")
-    if (folder / LOADED).exists() and not force:
-        raise InputError(f"{folder / LOADED} is there already; give another folder with -o, or --force")
-    state = quietly(lambda: read.preloaded)
-    if state is None:
-        raise InputError(f'{case}: there are no load steps; give [[preload]], such as bolts = {{ "bolt 1" = 12e3 }}')
-    names = [str(name) for name in state.dataset["step"].to_numpy()]
-    for step in range(len(names)):
-        for line in state.table(step).splitlines():
-            say(line)
-    for note in state.notes:
-        say(note)
-    state.dataset.attrs.update(read.names)
-    _write(folder, state, figures=figures)
+    with OutputFolder(folder, writes="preload", force=force) as place:
+        state = quietly(lambda: read.preloaded)
+        if state is None:
+            example = 'bolts = { "bolt 1" = 12e3 }'
+            raise InputError(f"{case}: there are no load steps; give [[preload]], such as {example}")
+        names = [str(name) for name in state.dataset["step"].to_numpy()]
+        for step in range(len(names)):
+            for line in state.table(step).splitlines():
+                say(line)
+        for note in state.notes:
+            say(note)
+        state.dataset.attrs.update(read.names)
+        _write(place.work, state, figures=figures)
+        place.complete()
     joints = [str(name) for name in state.dataset["joint"].to_numpy()]
     quantities = ("normal_resultant", "friction_resultant", "open_share", "largest_pressure")
     answer["steps"] = [
@@ -69,7 +69,6 @@ def _write(folder: Path, state: Preload, *, figures: bool) -> None:
     from slipstick.plots import preload as draw
     from slipstick.plots import save_figure
 
-    make_folder(folder)
     save_dataset(state.dataset, folder / LOADED)
     if "position" in state.dataset:
         write_preload(state.dataset, folder / "preload.xdmf")

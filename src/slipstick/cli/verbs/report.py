@@ -13,6 +13,8 @@ from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import complain, say, say_page, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.faults import path as path_of
+from slipstick.faults import real_path
 from slipstick.runs.folder import REPORT, results_of
 
 if TYPE_CHECKING:
@@ -69,7 +71,7 @@ def report_results(
     from slipstick.results.run_up import RunUp
     from slipstick.results.view import analysis_of
 
-    paths = [results_of(path) for path in paths]
+    paths = [results_of(path_of("results", path, "a results file or its folder")) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
     for name in twice:
         warn_user(f"{name}: is given twice, and drawn twice")
@@ -108,7 +110,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     """Write the report of a study from its file ``study.nc`` and the curves beside it; the path."""
     from slipstick.io.loading import load_dataset
     from slipstick.report.writing import write_study_report
-    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
+    from slipstick.studies import CURVES_FILE, STUDY_FILE
 
     if path.name == CURVES_FILE and (path.parent / STUDY_FILE).is_file():
         raise InputError(f"{path}: holds the curves of a study; give its {STUDY_FILE}, or its folder")
@@ -127,7 +129,7 @@ def _case_of(path: Path, number: int) -> Solutions:
     text, name = str(told.get("case", "")), str(told.get("case_file", "") or "case.toml")
     if not text:
         raise InputError(f"{path}: the study was made in Python; compute the case there, and report its branch")
-    beside = [folder / name for folder in (path.parent, path.resolve().parent.parent) if (folder / name).is_file()]
+    beside = [folder / name for folder in (path.parent, real_path(path).parent.parent) if (folder / name).is_file()]
     case = Case.from_text(text, next(iter(beside), path.parent / name))
     assert case.plan is not None
     if not 0 <= number < len(case.plan):
@@ -152,7 +154,7 @@ def labels(paths: Sequence[Path]) -> list[str]:
     >>> labels([Path("v0/results.nc"), Path("v10/results.nc")]), labels([Path("v0.nc")])
     (['v0', 'v10'], ['v0'])
     """
-    whole = [path.resolve() for path in paths]
+    whole = [real_path(path) for path in paths]
     for names in (
         [p.stem for p in whole],
         [p.parent.name for p in whole],

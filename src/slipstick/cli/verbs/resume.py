@@ -57,11 +57,9 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
     from slipstick.io.loading import load_table
     from slipstick.runs.resume import Ended, begun_run
 
-    held = analysis_in(folder) if folder.is_dir() else ""
-    if held:
-        return _study_or_run_up(folder, options, workers, study=held == "study")
-    place = FolderOfRun(folder)
-    try:
+    with FolderOfRun(folder) as place:
+        if held := analysis_in(place.work):
+            return _study_or_run_up(place, options, workers, study=held == "study")
         if workers is not None:
             raise InputError(
                 f"--workers: {folder} holds a run, which is one process; leave it out (a study has workers)"
@@ -78,25 +76,24 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
         say(run.message)
         say(f"nothing is left to do: the run in {place.folder} ended by itself; change the case and run it anew")
         return STOPPED
-    finally:
-        place.release()
 
 
-def _study_or_run_up(folder: Path, options: RunOptions, workers: int | None, *, study: bool) -> int:
+def _study_or_run_up(place: FolderOfRun, options: RunOptions, workers: int | None, *, study: bool) -> int:
     from slipstick.runs.resume import Ended, begun_run_up, begun_study
     from slipstick.runs.study import Spread, StudyRun
 
     for name, value in {} if study else {"--workers": workers, "--figures": options.wanted.names}.items():
         if value:
-            raise InputError(f"{name}: {folder} holds a run-up, which knows no such option; leave it out")
-    case = (begun_study if study else begun_run_up)(folder, warn_user, options.tell)
+            raise InputError(f"{name}: {place.folder} holds a run-up, which knows no such option; leave it out")
+    case = (begun_study if study else begun_run_up)(place.work, warn_user, options.tell)
     if not isinstance(case, Ended):
         if study:
-            return study_computed(StudyRun(case, folder, Spread(workers=workers)), options)
-        return run_up_computed(case, folder, options)
-    _answer(case, options, folder)
+            return study_computed(StudyRun(case, place.work, Spread(workers=workers)), options, place)
+        return run_up_computed(case, place, options)
+    place.complete()
+    _answer(case, options, place.work)
     say(case.message)
-    say(f"nothing is left to do: the {'study' if study else 'run-up'} in {folder} is complete")
+    say(f"nothing is left to do: the {'study' if study else 'run-up'} in {place.folder} is complete")
     return DONE
 
 

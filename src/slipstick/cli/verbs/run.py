@@ -26,12 +26,13 @@ from slipstick.cli.terminal.answers import Answer, case_answer, files_in, result
 from slipstick.cli.terminal.guard import (
     BAD_INPUT,
     DONE,
-    STOPPED,
     complain,
     prepare_kernel,
     report_or_warn,
     say,
     say_results,
+    say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
     warnings_said,
@@ -92,19 +93,9 @@ def run_case(
     if not table:
         start_interpreted(case, options.tell)
     case_warnings = print_warnings(case)
-    folder = OutputFolder(
-        output if output is not None else Path(f"{case.name}-results"),
-        case_path=path,
-        case_text=case.text,
-        force=force,
-    )
-    try:
-        return computed(CaseRun(case, folder, case_warnings, table=table), options)
-    except BaseException:
-        folder.abandon()
-        raise
-    finally:
-        folder.release()
+    folder = output if output is not None else Path(f"{case.name}-results")
+    with OutputFolder(folder, case_path=path, case_text=case.text, force=force) as place:
+        return computed(CaseRun(case, place, case_warnings, table=table), options)
 
 
 def case_with(path: Path, table: str, example: str, tell: Callable[[str], None]) -> Case:
@@ -149,7 +140,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
         options.answer.update(_answer(run))
     if run.complete:
         return DONE
-    return BAD_INPUT if run.failures and not run.points else STOPPED
+    return BAD_INPUT if run.failures and not run.points else stopped_code(run.outcome, run.points)
 
 
 def _doubled(run: CaseRun) -> list[Answer]:
@@ -295,8 +286,7 @@ def _summary(run: CaseRun, options: RunOptions, *, reported: bool) -> None:
         say(f"no results in {folder.work}: no point was found")
     if run.unfinished and not run.nothing:
         say(f"go on with: slipstick resume {folder.folder}")
-    if folder.replaces:
-        complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
+    say_untouched(folder)
     for failure in run.failures:
         complain(f"error: {failure}")
 

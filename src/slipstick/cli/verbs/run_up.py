@@ -7,24 +7,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.options import CasePath, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
+from slipstick.cli.options import CasePath, Force, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
-    STOPPED,
     complain,
     prepare_kernel,
     quietly,
     report_or_warn,
     say,
     say_results,
+    say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.run import case_with
-from slipstick.errors import InputError, reason_of
-from slipstick.runs.folder import PASSED, REPORT
+from slipstick.errors import InputError, Outcome, reason_of
+from slipstick.runs.folder import PASSED, REPORT, OutputFolder
 
 if TYPE_CHECKING:
     from slipstick.analysis.time_domain.long_run import PeriodDone
@@ -39,6 +40,7 @@ def run_up(
     answer: Answer,
     case: CasePath,
     output: Annotated[Path | None, folder_option("CASE-run-up")] = None,
+    force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     report: Report = True,
     quiet: Quiet = False,
@@ -49,10 +51,11 @@ def run_up(
     read = case_with(case, "run_up", "from = 4.0, to = 15.0, rate = 0.05", options.tell)
     prepare_kernel(complain)
     folder = output or Path(f"{read.name}-run-up")
-    return computed(read, folder, options)
+    with OutputFolder(folder, writes="run_up", force=force, goes_on=True) as place:
+        return computed(read, place, options)
 
 
-def computed(read: Case, folder: Path, options: RunOptions) -> int:
+def computed(read: Case, place: OutputFolder, options: RunOptions) -> int:
     """Integrate what the table "run_up" of a case asks for, from the start or on; the exit code."""
     from slipstick.plots import save_figure
     from slipstick.plots.passing import run_up as draw
@@ -66,6 +69,7 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
         if not options.quiet and done.checkpoint.period % _EVERY == 0:
             complain(f"  period {done.checkpoint.period}, {read.frequency_text(float(done.values['omega']))}")
 
+    folder = place.work
     with termination_as_interrupt():
         run = quietly(run_up_of_case, read, table, folder, show, (Clock(options.until),))
     data = run.dataset
@@ -81,12 +85,15 @@ def computed(read: Case, folder: Path, options: RunOptions) -> int:
             save_figure(draw(run, of), folder / "run_up", formats=("png",))
         if options.report:
             reported = report_or_warn(lambda: write_run_up_report(run, folder / REPORT))
+    if done:
+        place.complete()
     say(str(data.attrs["outcome_text"]))
-    say_results(folder, PASSED, reported=reported)
+    say_results(place.work, PASSED, reported=reported)
     if not done:
-        say(f"go on with: slipstick resume {folder}")
-    answer |= files_in(folder)
-    return DONE if done else STOPPED
+        say(f"go on with: slipstick resume {place.folder}")
+    say_untouched(place)
+    answer |= files_in(place.work)
+    return DONE if done else stopped_code(Outcome[data.attrs["outcome"]], data.sizes["period"])
 
 
 def _summary(run: Any, of: str, read: Any) -> dict[str, Any]:

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.cli.options import PLAIN, CasePath, Quiet, Report, RunOptions, TimeLimit, folder_option, run_options
+from slipstick.cli.options import (
+    PLAIN,
+    CasePath,
+    Force,
+    Quiet,
+    Report,
+    RunOptions,
+    TimeLimit,
+    folder_option,
+    run_options,
+)
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
@@ -19,13 +29,16 @@ from slipstick.cli.terminal.guard import (
     report_or_warn,
     say,
     say_results,
+    say_untouched,
+    stopped_code,
     termination_as_interrupt,
     warn_user,
 )
 from slipstick.cli.verb import verb
-from slipstick.errors import InputError, reason_of
+from slipstick.errors import InputError, reason_of, without_points
 from slipstick.runs.failures import fault_sentence
-from slipstick.runs.folder import REPORT
+from slipstick.runs.folder import REPORT, OutputFolder, refuse_held
+from slipstick.studies import CURVES_FILE, STUDY_FILE
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -54,6 +67,7 @@ def study(
     index: Annotated[int | None, typer.Option(min=0, help="Compute share I of N alone, as one of N jobs.")] = None,
     of: Annotated[int | None, typer.Option(min=1, metavar="N", help="How many shares there are.")] = None,
     missing: Annotated[bool, typer.Option("--missing", help="Also cases once more that did not complete.")] = False,
+    force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     report: Report = True,
     quiet: Quiet = False,
@@ -64,7 +78,7 @@ def study(
 
     spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
     options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
-    return run_study(case, output, spread=spread, missing=missing, options=options)
+    return run_study(case, output, spread=spread, missing=missing, force=force, options=options)
 
 
 def share_of(index: int | None, of: int | None) -> Share | None:
@@ -81,8 +95,9 @@ def share_of(index: int | None, of: int | None) -> Share | None:
 
 
 def run_study(
-    path: Path, output: Path | None, *, spread: Spread | None = None, missing: bool = False, options: RunOptions = PLAIN
-) -> int:
+    path: Path, output: Path | None, *, spread: Spread | None = None, missing: bool = False, force: bool = False,
+    options: RunOptions = PLAIN,
+) -> int:  # fmt: skip
     """Compute every case of a study into a folder; the exit code.
 
     Raises
@@ -99,24 +114,22 @@ def run_study(
         raise InputError(
             "--workers and --scheduler are both given; the workers of a cluster are its own: keep one of them"
         )
-    if spread.share is None and not missing:
-        _refuse_earlier(folder)
-    return computed(StudyRun(case, folder, spread, missing=missing), options)
+    if force and (missing or spread.share is not None):
+        other = "--missing" if missing else "--index"
+        raise InputError(f"--force: begins a study anew, {other} goes on with the one that is there: keep one of them")
+    if spread.share is not None and spread.share.of > 1:  # others write their shares meanwhile
+        refuse_held(folder, "study", goes_on=True)
+        return computed(StudyRun(case, folder, spread, missing=missing), options)
+    goes_on = missing or spread.share is not None
+    with OutputFolder(folder, writes="study", force=force, goes_on=goes_on) as place:
+        return computed(StudyRun(case, place.work, spread, missing=missing), options, place)
 
 
-def _refuse_earlier(folder: Path) -> None:
-    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, WHOLE
+def computed(run: StudyRun, options: RunOptions, place: OutputFolder | None = None) -> int:
+    """Compute the remaining cases of a study and print their progress; the exit code.
 
-    held = [name for name in (STUDY_FILE, CURVES_FILE, f"{WHOLE.name}.journal") if (folder / name).exists()]
-    if held:
-        raise InputError(
-            f"{folder} already holds a study ({held[0]}); go on with it by 'slipstick resume {folder}', compute what "
-            "did not complete once more with --missing, or choose another folder with -o"
-        )
-
-
-def computed(run: StudyRun, options: RunOptions) -> int:
-    """Compute the remaining cases of a study and print their progress; the exit code."""
+    ``place`` is the folder of all its shares, held by the caller.
+    """
     from slipstick.case.study import cases_text
     from slipstick.cli.terminal.display import study_display
 
@@ -135,7 +148,20 @@ def computed(run: StudyRun, options: RunOptions) -> int:
                 lambda text: display.note(f"  {text}"),
                 until=options.until,
             )
-        return _share_summary(run) if run.folder.share.of > 1 else _summary(run, run.write(), options)
+        if place is None:
+            return _share_summary(run)
+        data = run.write()
+        failure, reported = _shown(run, data, options)
+    done = run.folder.complete and not failure
+    if done:
+        place.complete()
+    _summary(run, data, place, options, reported=reported)
+    if failure:
+        complain(f"error: {failure}")
+    say_untouched(place)
+    if options.answer is not None:
+        options.answer.update(_answer(run, data, place.work))
+    return DONE if done else stopped_code(run.stopped, len(run.folder.cases))
 
 
 def _share_summary(run: StudyRun) -> int:
@@ -150,36 +176,35 @@ def _share_summary(run: StudyRun) -> int:
     return STOPPED if run.failure or run.stopped or left or not all(s.outcome.ok for s in cases) else DONE
 
 
-def _summary(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> int:
+def _shown(run: StudyRun, data: xarray.Dataset, options: RunOptions) -> tuple[str, bool]:
+    """Draw the figures and write the report; what failed, and whether the report is written."""
     from slipstick.cli.verbs.report import report_study
-    from slipstick.results.amplification import is_mistuning
-    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
 
-    place, path, failure = run.folder, run.folder.folder, run.failure
+    path, failure = run.folder.folder, run.failure
     if options.figures and not failure:
         try:
             _draw(data, path)
         except InputError as error:
             failure = f"figures: {fault_sentence(error)}"
-    reported = (
-        options.report and bool(place.cases) and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
-    )
+    reported = options.report and bool(run.folder.cases)
+    return failure, reported and report_or_warn(lambda: report_study(path / STUDY_FILE, path / REPORT))
+
+
+def _summary(run: StudyRun, data: xarray.Dataset, place: OutputFolder, options: RunOptions, *, reported: bool) -> None:
+    from slipstick.results.amplification import is_mistuning
+
     for line in _scatter(run.case, data) if is_mistuning(data) else (*_largest(data), *_spread(data), *_indices(data)):
         options.tell(line)
     warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in run.plan.warnings]
     for sentence in warned[:1]:
         more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
         warn_user(f"{sentence}{more}")
-    _list_failures(list(place.cases.values()))
-    say(run.stopped.text if run.stopped is not None else str(data.attrs["outcome_text"]))
-    say_results(path, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
-    if failure:
-        complain(f"error: {failure}")
-    if len(place.cases) < len(run.plan):
-        say(f"go on with: slipstick resume {path}")
-    if options.answer is not None:
-        options.answer.update(_answer(run, data))
-    return DONE if place.complete and not failure else STOPPED
+    _list_failures(list(run.folder.cases.values()))
+    said = str(data.attrs["outcome_text"]) if run.stopped is None else run.stopped.text
+    say(said if run.folder.cases else without_points(said))
+    say_results(place.work, f"{STUDY_FILE}, {CURVES_FILE}", reported=reported)
+    if len(run.folder.cases) < len(run.plan):
+        say(f"go on with: slipstick resume {place.folder}")
 
 
 def _draw(data: xarray.Dataset, folder: Path) -> None:
@@ -191,7 +216,6 @@ def _draw(data: xarray.Dataset, folder: Path) -> None:
     from slipstick.results.amplification import is_mistuning, largest_alone
     from slipstick.results.percentiles import is_sampled
     from slipstick.results.view import names_of, ranked
-    from slipstick.studies.folder import CURVES_FILE
 
     if not bool(data["peak_amplitude"].notnull().any()):
         return
@@ -300,11 +324,11 @@ def _indices(data: xarray.Dataset) -> Iterator[str]:
             yield f"  {name}: {first}, {total}"
 
 
-def _answer(run: StudyRun, data: xarray.Dataset) -> Answer:
+def _answer(run: StudyRun, data: xarray.Dataset, folder: Path) -> Answer:
     from slipstick.results.amplification import amplification_of, is_mistuning
 
     outcome = run.stopped.name if run.stopped is not None else str(data.attrs["outcome"])
     solved = run.folder.cases.values()
     counts = {"cases": len(run.plan), "computed": len(solved), "failed": sum(not s.outcome.ok for s in solved)}
     scatter = {"amplification": amplification_of(data)} if is_mistuning(data) else {}
-    return {"outcome": outcome, **counts, **scatter, **files_in(run.folder.folder)}
+    return {"outcome": outcome, **counts, **scatter, **files_in(folder)}

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slipstick.cli.options import results_files
+from slipstick.cli.options import ForceFile, refuse_file, results_files
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
 from slipstick.cli.verb import verb
@@ -31,10 +31,12 @@ def table(
         str | None,
         typer.Option("--table", metavar="NAME", help='Which table, such as "peaks"; a wrong name lists them.'),
     ] = None,
+    force: ForceFile = False,
 ) -> None:
     """Write results for other programs: .csv, .xlsx (Excel), .mat (MATLAB, Octave), .uff (response functions)."""
     from slipstick.runs.tables import save_table
 
+    refuse_file(output, force=force)
     written = save_table(results, output, name)
     answer["table"] = written
     say(f"table in {written} ({written.stat().st_size / 1e6:.2g} MB)")

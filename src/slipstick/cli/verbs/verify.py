@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.options import results_files
+from slipstick.cli.options import ForceFile, refuse_file, results_files
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, say, warn_user, warnings_said
+from slipstick.cli.terminal.guard import DONE, STOPPED, prepare_kernel, put, say, warn_user, warnings_said
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 from slipstick.replacing import unwritable, writing
@@ -49,17 +50,18 @@ def verify(
     ] = None,
     tolerance: Annotated[float, typer.Option(help="Largest relative difference that agrees.", min=0.0)] = AGREES,
     only: Annotated[
-        str | None, typer.Option("--only", help="Without RESULTS: only the rows whose name contains this.")
+        str | None, typer.Option("--only", help="Without RESULTS: the rows of this name, CF1, or family, CF.")
     ] = None,
     markdown: Annotated[
         Path | None, typer.Option(help="Without RESULTS: also write the table to this file, as markdown.")
     ] = None,
+    force: ForceFile = False,
 ) -> int:
     """Check this installation against closed forms and reference values, or points of RESULTS by time integration."""
     if results is None:
         if point or at:
             raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
-        return show_verification(only, answer, markdown)
+        return show_verification(only, answer, markdown, force=force)
     if only is not None:
         raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
     if markdown is not None:
@@ -67,13 +69,13 @@ def verify(
     return verify_results(results, point or (), at or (), tolerance, answer)
 
 
-def show_verification(only: str | None, answer: Answer, markdown: Path | None = None) -> int:
+def show_verification(only: str | None, answer: Answer, markdown: Path | None = None, *, force: bool = False) -> int:
     """Run the checks and print their table; 1 if any fails. ``markdown``: the file that gets the table, too.
 
     Raises
     ------
     InputError
-        If no check has the name asked for, or the file cannot be written.
+        If no check has the name asked for, the file cannot be written, or is there and not to be replaced (``force``).
     """
     from slipstick.verify import run
 
@@ -81,6 +83,8 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
         raise unwritable(f"--markdown {markdown}", f"there is no folder {markdown.parent}")
     if markdown is not None and markdown.is_dir():
         raise unwritable(f"--markdown {markdown}", "found a folder; expected a file such as table.md")
+    if markdown is not None:
+        refuse_file(markdown, force=force)
     prepare_kernel(say)
     rows: list[Row] = []
     live = sys.stderr.isatty()
@@ -124,8 +128,10 @@ def print_rows(rows: Sequence[Row]) -> None:
     for row in rows:
         cells = (row.name, row.what, row.expected, row.found, row.tolerance)
         table.add_row(*map(Text, cells), Text(row.verdict, "green" if row.ok else "bold red"))
-    console = Console()
-    Console(width=console.width if console.is_terminal else 140).print(table)
+    console, text = Console(), StringIO()
+    width = console.width if console.is_terminal else 140
+    Console(file=text, width=width, force_terminal=console.is_terminal).print(table)
+    put(text.getvalue().rstrip("\n"))
 
 
 def verify_results(path: Path, points: Sequence[int], values: Sequence[str], tolerance: float, answer: Answer) -> int:

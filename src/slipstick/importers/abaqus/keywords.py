@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.errors import Place
+from slipstick.faults import real_path, unreached
 from slipstick.importers.findings import Findings, Table, Verdict, refused
 from slipstick.importers.text_numbers import LARGEST_TEXT_FILE, read_bytes
 from slipstick.typing import Array
@@ -154,7 +155,7 @@ def whole_text(path: Path, findings: Findings) -> str:
         If one is missing, lies elsewhere, includes itself, or all together are too long; with the line.
     """
     read: list[int] = []
-    lines = _lines(path, path.resolve().parent, (path.resolve(),), read)
+    lines = _lines(path, real_path(path).parent, (real_path(path),), read)
     if len(read) > 1:
         findings.origin = [where for where, _ in lines]
         findings.extra.append(f"{path.name}: {len(read) - 1} included files were read")
@@ -191,9 +192,11 @@ def _included(words: str, folder: Path, where: Place) -> Path:
     if not match or not match.group(1).strip():
         raise refused(where, "lacks INPUT=", expected="the name of a file")
     name = match.group(1).strip()
-    inner = (folder / name.replace("\\", "/")).resolve()
+    inner = real_path(folder / name.replace("\\", "/"))
     if not inner.is_relative_to(folder):
         raise refused(where, f"{name} does not lie in the folder of the file", remedy="put it there, or merge the two")
+    if reason := unreached(inner):
+        raise refused(where, f"{name} cannot be reached ({reason})", remedy="put the file itself there")
     if not inner.is_file():
         raise refused(where, f"there is no file {name} in the folder of the file")
     return inner

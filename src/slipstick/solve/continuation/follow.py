@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError, Outcome, Reason, reason_of
+from slipstick.errors import KEPT, InputError, Outcome, Reason, reason_of
 from slipstick.solve.continuation.corrector import Corrector, RestartPoint, Step
 from slipstick.solve.continuation.dense_output import DenseOutput, Observables
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
@@ -152,7 +152,7 @@ def _check(
 
 def failed(error: Exception) -> tuple[Outcome, str]:
     """Outcome and message of a continuation that an exception ended after points were found."""
-    return Outcome.FAILED, f"failed: {reason_of(error)}; every point found is kept"
+    return Outcome.FAILED, f"failed: {reason_of(error)}; {KEPT}"
 
 
 class Continuation(Iterator[Step]):
