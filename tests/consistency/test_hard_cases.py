@@ -85,3 +85,14 @@ def test_a_vibration_lost_beside_the_mean_is_told(mu):
         branch = ss.forced_response(pushed(0.0, velocity=10.0, mu=mu), omega=(2.0, 15.0), options={"max_points": 60})
     assert branch.outcome is not ss.Outcome.FAILED
     assert "do not resolve the vibration" in branch.dataset.attrs["warnings"]
+
+
+@pytest.mark.parametrize("mu", [1e3, 1e20, 1e100])
+@pytest.mark.filterwarnings("ignore:.*more than dry surfaces reach")
+def test_a_contact_that_no_force_moves_is_a_spring(mu):
+    """Also where the motion is less than the rounding of the friction limit."""
+    (found,) = ss.forced_response(pushed(0.0, mu=mu), omega=(2.0, 15.0)).peaks("x")
+    stiffness, damping = 140.0, 0.4
+    omega = np.sqrt(stiffness - 0.5 * damping**2)
+    amplitude = 100.0 / np.hypot(stiffness - omega**2, damping * omega)
+    np.testing.assert_allclose(found, (omega, amplitude), rtol=1e-7)
