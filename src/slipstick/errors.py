@@ -296,6 +296,10 @@ class Outcome(Reason):
         "ramp a parameter (normal load, velocity) to its value, or check the units of kt and the normal load"
     )
     SINGULAR = "stopped: the Jacobian became singular; perturb the starting frequency or add a little damping"
+    NO_OPTIMUM = (
+        "no optimum was found: the highest peak has no minimum in the range searched; where it only falls towards one "
+        "end, the last value that is possible is the best; or start elsewhere"
+    )
     OUTSIDE_TABLE = (
         "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
         "resistance, the normal load or the velocity"

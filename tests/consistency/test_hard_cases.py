@@ -53,3 +53,46 @@ def test_a_range_is_two_numbers(span):
         ss.forced_response(oscillator(), omega=span)
     with raises_fault("range of damper.mu", says="expected two numbers"):
         ss.parameter_response(oscillator(), "damper.mu", span, omega=6.0)
+
+
+def pushed(static: float, **parts) -> ss.Problem:
+    """The oscillator under a static load, which friction under a constant load answers with a shift of the mean."""
+    loads = [ss.Load(dof="x", sin=100.0), ss.Load(dof="x", harmonic=0, cos=static)]
+    return one_mass(damper(**parts), loads=loads, harmonics=range(8))
+
+
+@pytest.mark.parametrize("static", [1e6, 1e8, 1e10])
+def test_a_vibration_beside_a_far_larger_mean(static):
+    """It is that without the mean, to the digits that the mean leaves to it: eps times the ratio of both."""
+    alone, beside = (ss.forced_response(pushed(load), omega=(2.0, 15.0)) for load in (0.0, static))
+    assert beside.outcome.ok
+    np.testing.assert_allclose(beside.peaks("x"), alone.peaks("x"), rtol=1e-8)
+    np.testing.assert_allclose(beside.dataset["mean"], static / 40.0, rtol=1e-9)
+
+
+def test_rubbing_whose_friction_moves_the_mean_far_away():
+    """Once the contact slips one way nearly all period, more friction only moves the mean."""
+    with pytest.warns(ss.SlipstickWarning, match="more than dry surfaces reach"):
+        some, more = (ss.forced_response(pushed(0.0, velocity=10.0, mu=mu), omega=(2.0, 15.0)) for mu in (1e3, 1e7))
+    np.testing.assert_allclose(more.peaks("x"), some.peaks("x"), rtol=1e-6)
+
+
+@pytest.mark.parametrize("mu", [1e12, 1e30])
+@pytest.mark.filterwarnings("ignore:.*more than dry surfaces reach")
+def test_a_vibration_lost_beside_the_mean_is_told(mu):
+    """The digits of a number do not hold both; the curve ends without an error all the same."""
+    with pytest.warns(ss.SlipstickWarning, match="times the vibration at .* do not resolve the vibration"):
+        branch = ss.forced_response(pushed(0.0, velocity=10.0, mu=mu), omega=(2.0, 15.0), options={"max_points": 60})
+    assert branch.outcome is not ss.Outcome.FAILED
+    assert "do not resolve the vibration" in branch.dataset.attrs["warnings"]
+
+
+@pytest.mark.parametrize("mu", [1e3, 1e20, 1e100])
+@pytest.mark.filterwarnings("ignore:.*more than dry surfaces reach")
+def test_a_contact_that_no_force_moves_is_a_spring(mu):
+    """Also where the motion is less than the rounding of the friction limit."""
+    (found,) = ss.forced_response(pushed(0.0, mu=mu), omega=(2.0, 15.0)).peaks("x")
+    stiffness, damping = 140.0, 0.4
+    omega = np.sqrt(stiffness - 0.5 * damping**2)
+    amplitude = 100.0 / np.hypot(stiffness - omega**2, damping * omega)
+    np.testing.assert_allclose(found, (omega, amplitude), rtol=1e-7)

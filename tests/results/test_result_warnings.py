@@ -83,3 +83,14 @@ def test_many_contacts_that_never_acted_are_one_sentence() -> None:
     assert sentence.endswith("; likewise 199 more contacts: 'c1', 'c2', 'c3', ...")
     values["separation_fraction"][0, 4:] = 0.5
     assert len(result_warnings("omega", values, [f"c{k}" for k in range(200)])) == 4
+
+
+def test_a_vibration_lost_beside_a_mean_names_ratio_and_place():
+    motion = np.zeros((4, 1, 3))
+    motion[:, 0, 0] = 1.0, 1.0, -3e10, 5.0
+    motion[:, 0, 2] = 1.0, 1e-8, 1.0, 0.0  # the last one is at rest
+    values = {"omega": np.array([1.0, 2.0, 3.0, 4.0]), "truncation": np.zeros(4), "contact_tangential": motion}
+    (said,) = result_warnings("omega", values, ["a"])
+    assert "3e+10 times the vibration at 3 rad/s (and more than 1e+09 times at 1 of 4 points)" in said
+    motion[2] = 0.0
+    assert not result_warnings("omega", values, ["a"])

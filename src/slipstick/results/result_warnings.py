@@ -13,6 +13,10 @@ from slipstick.results.stability import stability_sentences
 from slipstick.results.truncation import truncation_sentence
 from slipstick.typing import Array
 
+_LARGEST_MEAN = 1e9
+"""Mean motion over the vibration of the contacts, above which there is a warning: of 16 digits fewer than 7 are left to
+the vibration, and peaks between solutions are located with no fewer."""
+
 
 def result_warnings(
     followed: str,
@@ -23,7 +27,8 @@ def result_warnings(
     requested: Sequence[float] = (),
     loaded: Collection[str] = (),
 ) -> list[str]:
-    """Contacts that never acted, points that are missing or misplaced, missing harmonics, and uncertain stability.
+    """Contacts that never acted, points that are missing or misplaced, vibrations lost beside a far larger mean,
+    missing harmonics, and uncertain stability.
 
     ``followed`` is "omega", or the name of the quantity in ``values["parameter"]``, else in ``values["omega"]``;
     ``unit`` that of frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at
@@ -36,6 +41,7 @@ def result_warnings(
         *few_alike(_open(values, contacts, loaded)),
         *_near(followed, at, values, unit),
         *_passed_over(followed, at, values, unit, requested),
+        *_hidden(followed, at, values, unit),
         *([missing] if missing else []),
         *doubts,
     ]
@@ -71,6 +77,27 @@ def _passed_over(
         yield (
             f"a point was requested at {_listed(missed, followed, unit)}, but no solution was found on the "
             "branch there: try a smaller max_step"
+        )
+
+
+def _hidden(followed: str, at: Array, values: Mapping[str, Array], unit: str) -> Iterator[str]:
+    """Points whose vibration at the contacts is lost in the rounding of a far larger mean."""
+    motions = [np.abs(motion) for name, motion in values.items() if name.startswith("contact_") and motion.ndim == 3]
+    if not motions or not motions[0].size:
+        return
+    means, vibrations = (
+        np.max([motion[:, :, part].max(axis=(1, 2), initial=0.0) for motion in motions], axis=0)
+        for part in (slice(1), slice(1, None))
+    )
+    # a motion at rest has no vibration to be lost
+    ratios = np.divide(means, vibrations, out=np.zeros_like(means), where=vibrations > 0.0)
+    if np.any(ratios > _LARGEST_MEAN):
+        worst, count = int(np.nanargmax(ratios)), int(np.sum(ratios > _LARGEST_MEAN))
+        yield (
+            f"the mean motion at the contacts is {ratios[worst]:.1g} times the vibration at "
+            f"{_listed([float(at[worst])], followed, unit)} (and more than {_LARGEST_MEAN:.0e} times at {count} of "
+            f"{ratios.size} points): beside it a computer's 16 digits do not resolve the vibration, so amplitudes and "
+            "peaks there may be wrong; check static loads, friction coefficients, normal loads and their units"
         )
 
 

@@ -103,6 +103,23 @@ def randomly(make: Any, count: int, seed: int, *ranges: tuple[float, float]) -> 
     return [make(*(float(generator.uniform(*ends)) for ends in ranges)) for _ in range(count)]
 
 
+def test_vibrations_beside_far_larger_means() -> None:
+    """Their peaks are those without the mean; where it hides the vibration the same warning is given."""
+    problems = []
+    for static in (0.0, 1e8, 1e12):
+        loads = [ss.Load(dof="x", sin=100.0), ss.Load(dof="x", harmonic=0, cos=static)]
+        law = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+        pair = ss.ContactPair(name="damper", contact=law, tangential="x")
+        problems.append(ss.Problem(ONE, contacts=[pair], loads=loads, harmonics=range(7)))
+    branches = [branch for branch in side_by_side(problems, (2.0, 15.0)) if branch is not None]
+    assert len(branches) == 3
+    kinds = [branch.table["kind"].to_numpy() == "peak" for branch in branches]
+    peaks = [np.ravel(branch.table["amplitude"].to_numpy()[kind]) for branch, kind in zip(branches, kinds, strict=True)]
+    np.testing.assert_allclose(peaks[1], peaks[0], rtol=1e-8)
+    hidden = ["do not resolve the vibration" in "".join(branch.warnings) for branch in branches]
+    assert hidden == [False, False, True]
+
+
 def test_evaluations_are_those_of_each_balance() -> None:
     problems = randomly(two_contacts, 3, 1, (20.0, 60.0), (0.1, 0.5), (-0.3, 0.2), (0.0, 20.0))
     requests = requests_of(problems, (3.0, 12.0))

@@ -18,7 +18,7 @@ def test_points_come_one_by_one_and_the_end_says_how():
     space = StateSpace(Outputs(Balance(problem), ("x",)), problem.inputs, parameter_path(problem, "damper.normal_load"))
     system, options = PeakSystem(space), ContinuationOptions(max_step=0.5, first_step=0.5, newton=NEWTON)
     locus = PeakContinuation(system, (700.0, 800.0), (8.0, 12.0), options)
-    first = highest_peak(space, 700.0, (8.0, 12.0), "x")
+    first = highest_peak(space, 700.0, (8.0, 12.0), "x").y
     points = locus.points(first)
     start = next(points)
     assert (start.kind, start.parameter, locus.outcome) == ("start", 700.0, None)

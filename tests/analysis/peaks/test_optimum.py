@@ -1,13 +1,17 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from helpers.resumption import Heard
 
 import slipstick as ss
 from slipstick.analysis.peaks import optimum
 from slipstick.analysis.peaks.optimum import optimum_request
 from slipstick.analysis.road import run as road
+from slipstick.io.journal import unpacked
 from slipstick.verify.cases import oscillator
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -62,25 +66,77 @@ def test_none_is_an_outcome():
     assert found.outcome is ss.Outcome.NO_FIRST_POINT
     assert np.isnan(found.value)
     found = ss.optimal(oscillator(), "load.x.amplitude", omega=(2.0, 15.0))
-    assert (found.outcome, found.kind) == (ss.Outcome.STEP_TOO_SMALL, "")
-    assert found.message.startswith("no optimum of load.x.amplitude was found from 100 to 3.33333")
+    assert (found.outcome, found.kind) == (ss.Outcome.NO_OPTIMUM, "")
+    assert found.message.startswith("no optimum of load.x.amplitude was found from 100 to 3.33333: the highest peak is")
+    assert "completed" not in found.message
 
 
-def test_a_plateau_is_no_optimum():
-    """Where the friction force never slips back its vibration does not depend on the normal load: nor does the peak."""
-    found = ss.optimal(oscillator(velocity=10.0), "damper.normal_load", omega=(2.0, 15.0))
-    assert (found.outcome, found.kind) == (ss.Outcome.COMPLETED, "highest")
-    peaks = [
-        max(a for _, a in ss.forced_response(oscillator(velocity=10.0, normal_load=load), omega=(3.5, 5.0)).peaks("x"))
-        for load in (0.98 * found.value, found.value, 1.02 * found.value)
-    ]
-    assert peaks[1] == pytest.approx(found.amplitude, rel=1e-7)
-    assert peaks[1] > max(peaks[0], peaks[2])
+def highest(problem, omega=(2.0, 15.0)):
+    return max(a for _, a in ss.forced_response(problem, omega=omega).peaks("x"))
+
+
+@pytest.mark.parametrize("start", [100.0, 300.0, 800.0])
+def test_the_highest_peak_is_meant_whichever_it_is(start):
+    """Of two peaks the lower has a minimum at 465 and a maximum at 231: neither is one of the highest peak, which falls
+    to a plateau, where the friction force never slips back and its vibration does not depend on the normal load."""
+    found = ss.optimal(oscillator(velocity=10.0), "damper.normal_load", omega=(2.0, 15.0), start=start)
+    assert (found.outcome, found.kind) == (ss.Outcome.NO_OPTIMUM, "")
+    assert np.isnan(found.value)
+    loads = (20.0, 100.0, 231.0, 300.0, 465.0, 800.0, 3000.0)
+    heights = [highest(oscillator(velocity=10.0, normal_load=load)) for load in loads]
+    assert heights[:4] == sorted(heights[:4], reverse=True)
+    np.testing.assert_allclose(heights[4:], heights[-1], rtol=1e-6)
+    assert f"{heights[-1]:.6g} at" in found.message  # the plateau is told
+    assert "completed" not in found.message
+
+
+def absorber(kt: float) -> ss.Problem:
+    """A mass with a tuned absorber, whose spring is a contact that sticks; two peaks."""
+    C = [[0.13, -0.03], [-0.03, 0.03]]
+    structure = ss.MatrixStructure(M=np.diag([1.0, 0.05]), C=C, K=np.diag([40.0, 1e-6]), dofs=["x", "y"])
+    law = ss.FrictionContact(kt=kt, mu=1.0, normal_load=1e6)
+    pair = ss.ContactPair(name="spring", tangential={"x": 1.0, "y": -1.0}, contact=law)
+    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=10.0), harmonics=range(3))
+
+
+def absorbed(kt: float) -> tuple[float, float]:
+    """Heights of both peaks, from the matrices."""
+    w = np.linspace(4.0, 10.0, 60_001)
+    a, d = 40.0 + kt - w**2 + 0.13j * w, kt + 1e-6 - 0.05 * w**2 + 0.03j * w
+    height = np.abs(10.0 * d / (a * d - (kt + 0.03j * w) ** 2))
+    tops = height[1:-1][(height[1:-1] > height[:-2]) & (height[1:-1] > height[2:])]
+    return tuple(tops)
+
+
+@pytest.mark.parametrize("start", [1.2, 2.5])
+def test_an_optimum_of_two_peaks_that_are_equally_high(start):
+    """The stiffness of an absorber is best where one peak falls and the other rises."""
+    best = ss.optimal(absorber(2.0), "spring.kt", omega=(4.0, 10.0), dof="x", start=start)
+    assert (best.outcome, best.kind) == (ss.Outcome.COMPLETED, "lowest")
+    low, high = absorbed(best.value)
+    assert low == pytest.approx(high, rel=1e-6)
+    assert best.amplitude == pytest.approx(low, rel=1e-6)
+    assert max(absorbed(0.99 * best.value)) > 1.001 * low
+    assert max(absorbed(1.01 * best.value)) > 1.001 * low
+    assert "two peaks are equally high there, at 5.52872 and 6.91276 rad/s" in best.message
+    assert best.branch.dataset.attrs["outcome_text"] == best.message
+    assert not any("higher than the one followed" in said for said in best.branch.warnings)
+
+
+def test_an_optimum_of_two_peaks_is_taken_up_again():
+    request = optimum_request(absorber(2.0), "spring.kt", 1.7, (4.0, 10.0), "x", beside=1.2)
+    whole = Heard(request)
+    stood = [request.checkpoint(unpacked(note)) for note in whole.notes]
+    cut = len(stood) // 2
+    rest = Heard(replace(request, checkpoints=stood[:cut]))
+    assert rest.points == whole.points[cut:]
+    assert rest.end == whole.end
+    assert "two peaks are equally high there" in rest.end["outcome_text"]
 
 
 def test_a_plateau_without_end_is_told():
     found = ss.optimal(oscillator(velocity=250.0), "damper.normal_load", omega=(2.0, 15.0))
-    assert (found.outcome, found.kind) == (ss.Outcome.STEP_TOO_SMALL, "")
+    assert (found.outcome, found.kind) == (ss.Outcome.NO_OPTIMUM, "")
     assert found.message.startswith("the peak does not depend on damper.normal_load at 800; no optimum of")
     assert "from 800 to 26.6667" in found.message
     assert "from 800 to 24000" in found.message

@@ -96,7 +96,7 @@ def gone_over(seed: int) -> list[str]:
     """Steps of one part of a branch that small steps do not lead along."""
     problem, name, span = request(seed)
     run = tracked_peak(problem, name, span, (1.5, 22.0), (), "x", None).run()
-    first, system = run.request.first(run.system), run.system
+    first, system = run.request.highest(run.system, run.request.start).y, run.system
     assert first is not None
     found, looked_at = [], 0
     for before, after in pairwise(run.continuation(*span).points(first)):

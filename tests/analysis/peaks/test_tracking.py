@@ -207,3 +207,20 @@ def test_wrong_arguments_are_told_together():
     assert "mu" in text
     assert "frequency range" in text
     assert "there is no output" in text
+
+
+def test_another_peak_that_is_higher_is_told():
+    """At optima and at the last point; against the peaks of whole curves there."""
+    problem = oscillator(velocity=10.0)
+    with pytest.warns(ss.SlipstickWarning, match="another peak of x is higher"):
+        locus = ss.track_peak(problem, "damper.normal_load", (300.0, 100.0), omega=(2.0, 15.0))
+    told = [said for said in locus.warnings if "another peak of x is higher than the one followed" in said]
+    assert len(told) == 2
+    for said, load in zip(told, (at(locus, "optimum")[0][0], 100.0), strict=True):
+        there = ss.forced_response(oscillator(velocity=10.0, normal_load=load), omega=(2.0, 15.0)).peaks("x")
+        omega, amplitude = max(there, key=lambda peak: peak[1])
+        assert f"at damper.normal_load = {load:.6g} " in said
+        assert f": {amplitude:.6g} at {omega:.6g} rad/s, against" in said
+    assert locus.dataset.attrs["curves"] == 3  # at the start, the optimum and the end
+    upper = ss.track_peak(problem, "damper.normal_load", (100.0, 200.0), omega=(2.0, 15.0))
+    assert not any("is higher" in said for said in upper.warnings)

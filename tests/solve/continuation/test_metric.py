@@ -44,3 +44,16 @@ def test_a_metric_is_a_value_and_brought_back_by_its_measure():
 def test_what_is_no_size(given):
     with pytest.raises(InputError, match="expected positive finite numbers"):
         ArclengthScaling(**given)
+
+
+def test_corrections_of_what_varies_beside_a_large_constant_part():
+    """They are measured by their own size, a hundredfold; those of an ordinary solution by its whole size."""
+    scaling = ArclengthScaling(rows=2, judged=np.array([False, True, True]))
+    x = np.array([3e9, 3.0, 0.0, 4e9, 0.0, 4.0])
+    inverse = Metric(scaling, x, 10.0).inverse
+    np.testing.assert_allclose(1.0 / inverse[[0, 3]], 5e9)
+    np.testing.assert_allclose(1.0 / inverse[[1, 2, 4, 5]], 500.0)
+    few = Metric(scaling, x * [1e-9, 1.0, 1.0, 1e-9, 1.0, 1.0], 10.0).inverse
+    np.testing.assert_array_equal(few[:-1], few[0])
+    none = Metric(scaling, x * [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], 10.0).inverse
+    np.testing.assert_allclose(1.0 / none[1], 50.0)  # no less than rounding

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from numbers import Real as Number
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from slipstick.analysis.curve.follow import CurveRequest
-from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
+from slipstick.analysis.peaks.continuation import NEWTON, OPTIMUM, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.system import Extreme, PeakSystem, StateSpace
 from slipstick.analysis.road.checkpoint import Checkpoint, undamaged, vector
 from slipstick.analysis.road.events import EventFunction
@@ -29,6 +29,8 @@ from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
 """Default options of a tracked peak: steps of at most a tenth of the range."""
+_HIGHER = 1e-5
+"""Relative difference from which a peak is higher than another; curves locate theirs to a tenth of that."""
 
 
 @old_names(requested="at")
@@ -72,7 +74,8 @@ def track_peak(
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
         state, or ends on one. ``branch_part`` is one more where another peak is followed on. Look at ``outcome``;
-        ``message`` says what happened on the way.
+        ``message`` says what happened on the way. At optima and at the last point a whole curve tells whether another
+        peak in the range is higher.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def track_peak(
     Warns
     -----
     SlipstickWarning
-        As ``parameter_response``.
+        As ``parameter_response``, and where another peak is higher.
 
     Examples
     --------
@@ -179,15 +182,16 @@ class TrackedPeak(Request):
                 **numbers, **counts, "y": vector(own["y"], self.balance.size + 1), "given": given,
                 "kind": str(own["kind"]), "reason": str(own["reason"]), "notes": list(map(str, own["notes"])),
                 "begun": bool(own["begun"]), "work": Work._make(map(int, own["work"])),
+                "doubts": list(map(str, own["doubts"])), "curves": int(own["curves"]),
             })  # fmt: skip
 
     def run(self) -> PeakRun:
         """The run that follows the peak."""
         return PeakRun(self)
 
-    def first(self, system: PeakSystem) -> Array | None:
-        """The highest peak at the first value, (N + 1,)."""
-        return highest_peak(system.space, self.start, self.omega, self.dof)
+    def highest(self, system: PeakSystem, value: float) -> Highest | None:
+        """The highest peak at a value of the parameter."""
+        return highest_peak(system.space, value, self.omega, self.dof)
 
 
 class PeakRun(Run[TrackedPeak]):
@@ -197,10 +201,13 @@ class PeakRun(Run[TrackedPeak]):
     ----------
     system
         Equations of the peaks of the output over the parameter.
+    curves
+        Number of whole curves computed, for the highest peak at a value.
     """
 
     def __init__(self, request: TrackedPeak) -> None:
         super().__init__(request)
+        self.curves = 0
         balance = request.balance
         balance.anchor_if_undamped(request.omega[0])
         path = parameter_path(request.problem, request.parameter)
@@ -217,20 +224,52 @@ class PeakRun(Run[TrackedPeak]):
         """Points from the highest peak at the first value."""
         peaks, request = self._peaks, self.request
         if request.checkpoints:
+            own = request.checkpoints[-1].own
+            self.doubts, self.curves = list(own["doubts"]), own["curves"]
             found = peaks.resumed(request.checkpoints[-1])
         else:
-            self.doing = self.sought
-            first = request.first(self.system)
+            first = self.highest(request.start)
             if first is None:
                 self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
                 return
-            self.doing, found = "", peaks.points(first)
+            found = peaks.points(first.y)
         for peak in found:
-            self.checkpoint = peaks.checkpoint(self.seconds)
+            if peak.kind in (OPTIMUM, "end"):
+                self.doubt(peak)
+            point = peaks.checkpoint(self.seconds)
+            self.checkpoint = replace(point, own={**point.own, "doubts": list(self.doubts), "curves": self.curves})
             self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
             yield self.point(peak)
             pass_on()
+        if peaks.last is not None and peaks.last.kind not in (OPTIMUM, "end"):
+            self.doubt(peaks.last)
         self.outcome, self.message = peaks.outcome or Outcome.INTERRUPTED, peaks.message
+
+    def highest(self, value: float) -> Highest | None:
+        """The highest peak at a value of the parameter, by a whole curve."""
+        self.doing = f"looking for the highest peak at {self.request.parameter} = {value:g}"
+        self.curves += 1
+        found, self.doing = self.request.highest(self.system, value), ""
+        return found
+
+    def higher(self, peak: PeakPoint) -> Highest | None:
+        """The highest peak at the value of a peak, where it is another one that is higher."""
+        found = self.highest(peak.parameter)
+        if found is None or found.amplitude <= (1.0 + _HIGHER) * peak.detail.amplitude:
+            return None
+        return found
+
+    def doubt(self, peak: PeakPoint) -> None:
+        """Warn where another peak is higher than the one followed; beyond a fold there is none to compare."""
+        other = self.higher(peak) if peak.detail.bend < 0.0 else None
+        if other is not None:
+            request = self.request
+            unit = request.problem.units.angular
+            self.doubts.append(
+                f"at {request.parameter} = {peak.parameter:.6g} another peak of {request.dof} is higher than the one "
+                f"followed: {other.amplitude:.6g} at {other.omega:.6g} {unit}, against {peak.detail.amplitude:.6g} at "
+                f"{peak.detail.omega:.6g} {unit}; follow the peak from there to see it"
+            )
 
     def point(self, peak: PeakPoint) -> Point:
         """Point of the results; beyond a fold it is a minimum of the response curve, and a peak of no output."""
@@ -243,13 +282,9 @@ class PeakRun(Run[TrackedPeak]):
     def attributes(self) -> Mapping[str, Any]:
         """Output and work."""
         return {
-            "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations
+            "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations,
+            "curves": self.curves,
         }  # fmt: skip
-
-    @property
-    def sought(self) -> str:
-        """Description of the search for the first peak, for ``Working`` events."""
-        return f"looking for the highest peak at {self.request.parameter} = {self.request.start:g}"
 
     @property
     def none_found(self) -> str:
@@ -260,19 +295,32 @@ class PeakRun(Run[TrackedPeak]):
         return f"{none} at {request.parameter} = {request.start:g}"
 
 
-def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], dof: str) -> Array | None:
-    """Unknowns and frequency (N + 1,) of the highest peak of the curve at a value of the parameter."""
+class Highest(NamedTuple):
+    """The highest peak of a response curve."""
+
+    y: Array
+    """Unknowns and frequency, (N + 1,)."""
+    amplitude: float
+
+    @property
+    def omega(self) -> float:
+        """Its frequency, rad/s."""
+        return float(self.y[-1])
+
+
+def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], dof: str) -> Highest | None:
+    """The highest peak of the curve at a value of the parameter."""
     balance, inputs = space.outputs.balance, space.at_value(value)
     run = CurveRequest(
         problem=balance.problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs,
         omega=omega[0], start=omega[0], stop=omega[1], peaks_of=(dof,),
     ).run()  # fmt: skip
-    highest: tuple[float, Array] | None = None
+    highest: Highest | None = None
     for point in run.follow(guard=held):
         if point.kind == "peak":
             here = space.at(point.x, point.omega, value, point.detail.carried)
             size = Extreme.largest(balance.harmonics, here.motion()[0]).value
-            if highest is None or size > highest[0]:
-                highest = size, np.append(point.x, point.omega)
+            if highest is None or size > highest.amplitude:
+                highest = Highest(np.append(point.x, point.omega), size)
     stopped_too(run.outcome)
-    return None if highest is None else highest[1]
+    return highest

@@ -105,11 +105,11 @@ def _flat(point: RestartPoint, prefix: str) -> dict[str, Any]:
 
 def _restart_point(plain: Mapping[str, Any], prefix: str, size: int | None) -> RestartPoint:
     values = {name.removeprefix(prefix): value for name, value in plain.items() if name.startswith(prefix)}
-    typical, length, present, largest = vector(values["measure"], 4).tolist()
+    typical, length, present, largest, varying = vector(values["measure"], 5).tolist()
     return RestartPoint(
         state=vector(values["state"], size), tangent=vector(values["tangent"], size), kind=str(values["kind"]),
         orientation=int(values["orientation"]), arclength=float(values["arclength"]),
-        step_length=float(values["step_length"]), measure=(typical, length, present, largest),
+        step_length=float(values["step_length"]), measure=(typical, length, present, largest, varying),
         context=None if values["given"] is None else vector(values["given"]),
         values=tuple(np.asarray(values["values"], dtype=float).tolist()),
         **{name: int(values[name]) for name in ("points", "rejected", "evaluations", "solves")},

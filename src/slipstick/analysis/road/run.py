@@ -95,6 +95,8 @@ class Run(ABC, Generic[R]):
         Of the next point, as in ``PointFound``.
     doing
         Description of a long computation before the next point, for ``Working`` events; may be empty.
+    doubts
+        Warnings about the results that their values alone do not tell.
     """
 
     def __init__(self, request: R) -> None:
@@ -104,7 +106,7 @@ class Run(ABC, Generic[R]):
         self.error: Exception | None = None
         self.progress, self.step = 0.0, nan
         self.checkpoint: Checkpoint | None = None
-        self.doing = ""
+        self.doing, self.doubts = "", list[str]()
         self._clock = time.perf_counter() - (request.checkpoints[-1].seconds if request.checkpoints else 0.0)
         self._listeners: tuple[EventFunction, ...] = request.listeners
         self._last_event, self._evaluations, self._seeking = time.perf_counter(), 0, False
@@ -226,8 +228,9 @@ class Run(ABC, Generic[R]):
 
     def _stopped(self) -> Stopped:
         request, message, seconds = self.request, self.closing, self.seconds
+        said = [*request.warnings, *self.recorder.postprocessing.failures, *self.doubts]
         attributes = attributes_of(
-            request.problem, self.outcome, message, [*request.warnings, *self.recorder.postprocessing.failures],
+            request.problem, self.outcome, message, said,
             analysis=request.analysis, parameter=request.parameter, **self.attributes, seconds=seconds,
             **request.numerics, **requested_attribute(request.requested),
         )  # fmt: skip
@@ -295,11 +298,12 @@ class Sink(ABC, Listener):
         """Values of all points so far, by variable."""
 
     def said(self) -> list[str]:
-        """Sentences about quantities that could not be computed, and about suspicious values."""
+        """Sentences about quantities that could not be computed, about suspicious values, and doubts of the run."""
         values = self.values()
-        return self.run.recorder.postprocessing.warnings(
+        found = self.run.recorder.postprocessing.warnings(
             partial(self.run.request.value_warnings, values) if len(values["omega"]) else list
         )
+        return [*found, *self.run.doubts]
 
 
 class Memory(Sink):

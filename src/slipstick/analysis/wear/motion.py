@@ -283,7 +283,8 @@ class AtPeak(SteadyWear):
 
     def guess(self) -> Array | None:
         """The highest peak in the range."""
-        return highest_peak(self._space, 0.0, self._range, self._dof)
+        highest = highest_peak(self._space, 0.0, self._range, self._dof)
+        return None if highest is None else highest.y
 
     def omega(self, y: Array) -> float:
         """The last unknown."""

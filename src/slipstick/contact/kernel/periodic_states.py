@@ -22,21 +22,25 @@ from slipstick.trig.compiled import compiled, inlined
 
 
 @inlined
-def send_round(f: float, side: int, count: int, kt: float, segments: Segments) -> tuple[float, int, int]:
-    """Apply the period map to a start value at a bound: the end value, where and at which bound it was clamped last."""
+def send_round(start: float, side: int, count: int, kt: float, segments: Segments) -> tuple[float, float, int, int]:
+    """Apply the period map to a start value at a bound: where and at which bound it was clamped last, its value there
+    and the gain since, whose sum is the end value.
+
+    Both are apart, for beside a bound that is never reached the gain is lost.
+    """
     dw, b, contact = segments.dw, segments.b, segments.contact
-    where = 0
+    f, gain, where = start, 0.0, 0
     for i in range(count):
         if not contact[i]:
-            f, where, side = 0.0, i + 1, 0
+            f, gain, where, side = 0.0, 0.0, i + 1, 0
             continue
-        f += kt * dw[i]
+        gain += kt * dw[i]
         bound = b[i + 1]
-        if f >= bound:
-            f, where, side = bound, i + 1, 1
-        elif f <= -bound:
-            f, where, side = -bound, i + 1, -1
-    return f, where, side
+        if gain >= bound - f:
+            f, gain, where, side = bound, 0.0, i + 1, 1
+        elif gain <= -bound - f:
+            f, gain, where, side = -bound, 0.0, i + 1, -1
+    return f, gain, where, side
 
 
 @inlined
@@ -177,10 +181,11 @@ def periodic_start(
     Returns the start value and its side, then ``(lo, where, side)`` and ``(hi, where, side)``.
     """
     bound = segments.b[0]
-    lo, lo_at, lo_side = send_round(-bound, -1 if bound > 0.0 else 0, count, kt, segments)
-    hi, hi_at, hi_side = send_round(bound, 1 if bound > 0.0 else 0, count, kt, segments)
+    low, rise, lo_at, lo_side = send_round(-bound, -1 if bound > 0.0 else 0, count, kt, segments)
+    high, fall, hi_at, hi_side = send_round(bound, 1 if bound > 0.0 else 0, count, kt, segments)
+    lo, hi = low + rise, high + fall
     if v > 0.0:
         return hi, hi_side if hi_at == count else 2, lo, lo_at, lo_side, hi, hi_at, hi_side
     if v < 0.0 or lo == hi:
         return lo, lo_side if lo_at == count else 2, lo, lo_at, lo_side, hi, hi_at, hi_side
-    return 0.5 * (lo + hi), 2, lo, lo_at, lo_side, hi, hi_at, hi_side
+    return 0.5 * ((low + high) + (rise + fall)), 2, lo, lo_at, lo_side, hi, hi_at, hi_side

@@ -58,7 +58,7 @@ def stuck(e: ElementMotion, grid: Grid, k: Workspace, out: ElementOutputs) -> No
     L, clamps, c, s = 2 * grid.n + 1, k.clamps, k.scratch.c, k.scratch.s
     h, hv, H = k.rows[0, :L], k.rows[1, :L], k.rows[2, :L]
     h[:], hv[:] = 0.0, 0.0
-    h[0] = 1.0
+    h[0], bounds = 1.0, 0.0
     for r in range(2):
         share = 0.5 if e.v == 0.0 else (1.0 if (e.v > 0.0) == (r == 1) else 0.0)
         H[:] = 0.0
@@ -68,8 +68,11 @@ def stuck(e: ElementMotion, grid: Grid, k: Workspace, out: ElementOutputs) -> No
             for j in range(grid.n):
                 H[2 * j + 1], H[2 * j + 2] = c[j], s[j]
         slope = share * np.sign(clamps[r, 1]) * e.mu * e.kn
-        stick = Stick(share * clamps[r, 3], -share * clamps[r, 2], share * clamps[r, 1], -share * e.kt, slope)
+        bounds += share * clamps[r, 1]  # both first, which are far larger than the motion where the contact is glued
+        moved = -share * clamps[r, 2]
+        stick = Stick(e.kt * moved, moved, share * clamps[r, 1], -share * e.kt, slope)
         add_stick(stick, StickRows(h, hv, H), e, out)
+    out.vectors[V_FX, 0] += bounds
 
 
 @compiled

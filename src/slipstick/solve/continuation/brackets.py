@@ -489,6 +489,8 @@ class Maxima:
         best, known, bends, misses = least, [False, False], [0.0, 0.0], 0
         for _ in range(_MINIMUM_TRIALS):
             room, slopes, heights = now.room, (now.rising, -now.falling), (height(now.low), height(now.high))
+            if room == 0.0:  # beside a large mean, neighbours may differ by less than rounding
+                break
             down, up = (slope + bend * room for slope, bend in zip(slopes, bends, strict=True))
             lowest = min(heights) - fall(heights[0], down, heights[1], up, room)
             flat = min(slopes) * room <= _FLAT_BOTTOM * DIP * best

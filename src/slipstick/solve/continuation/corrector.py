@@ -47,7 +47,7 @@ class RestartPoint(NamedTuple):
     orientation: int
     arclength: float
     step_length: float
-    measure: tuple[float, float, float, float]
+    measure: tuple[float, float, float, float, float]
     context: Any
     values: tuple[float, ...]
     points: int

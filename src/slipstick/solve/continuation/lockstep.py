@@ -439,7 +439,8 @@ def _first(correctors: Correctors, every: Numbers, guess: Array, metric: Metric,
     fixed = np.ones(len(guess), dtype=bool)
     first = correctors.correct(every, guess, ahead, fixed, metric, forward=ahead)
     renewed = metric.renewed(first.states[:, :-1])
-    shrunk = np.flatnonzero(first.found & (metric.measure.present > SCALE_CHANGE * renewed.measure.present))
+    smaller = np.any(renewed.inverse[:, :-1] > SCALE_CHANGE * metric.inverse[:, :-1], axis=1)
+    shrunk = np.flatnonzero(first.found & smaller)
     if shrunk.size:
         better = correctors.correct(
             shrunk, first.states[shrunk], ahead[shrunk], fixed[shrunk], renewed.at(shrunk), forward=ahead[shrunk]

@@ -21,6 +21,9 @@ from slipstick.typing import Array
 
 _MIN_MAGNITUDE = 1e-12
 """Magnitude of a solution, over the largest so far, below which corrections are measured by this fraction: rounding."""
+_VARYING, _MIN_VARYING = 100.0, 1e-8
+"""Magnitude that corrections of what varies are measured by: at most this times its own size, for a large constant part
+has another accuracy; but no less than a fraction of that of the solution, whose rounding cannot be corrected."""
 _MIN_ROW = 1e-6
 """Size of a row of unknowns, over the largest row, below which it is judged by this fraction of the largest."""
 _TINY = float(np.finfo(float).tiny)
@@ -57,7 +60,7 @@ class ArclengthScaling:
         Into how many rows of equal length ``x`` is parted, each of which is judged by its own size between points.
     judged
         Which unknowns of a row say how large it is there, (N / rows,) of bool; None: all. A large constant part must
-        not hide the error of what varies.
+        not hide the error of what varies, and corrections of what varies are measured by its own size.
 
     Raises
     ------
@@ -94,12 +97,15 @@ class Measure(NamedTuple):
         Magnitude by which arclength is measured, and that for Newton corrections; both over the typical size.
     largest
         Largest magnitude met so far.
+    varying
+        Magnitude for Newton corrections of the judged unknowns; that of the others is ``present``.
     """
 
     typical: Scalars
     size: Scalars
     present: Scalars
     largest: Scalars
+    varying: Scalars
 
 
 class Metric:
@@ -129,13 +135,15 @@ class Metric:
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
         self._shares = np.ones((x.shape[-1] // scaling.rows, 2))
         """Weights of the squares of a row in its whole size, and in the size of its judged coefficients."""
+        self._judged: NDArray[np.bool_] | None = None
         if scaling.judged is not None:
             self._shares[:, 1] = scaling.judged
+            self._judged = np.tile(scaling.judged, scaling.rows)
         if scaling.x is None and not scaling.adaptive:
             typical = one_if_zero(norms(x))
         one = typical / typical
         self._unit = 1.0 / (column(typical) if scaling.x is None else np.asarray(scaling.x, dtype=float))
-        self.measure = Measure(typical, one, one, 0.0 * one)
+        self.measure = Measure(typical, one, one, 0.0 * one, one)
         self.measure = self.renewed(x).measure
         self._weigh()
 
@@ -143,7 +151,8 @@ class Metric:
         """Compute the factors from the magnitudes."""
         weights, inverse = np.empty(self._shape), np.empty(self._shape)
         weights[..., :-1] = self._unit * column(self._scaling.weight / self.measure.size)
-        inverse[..., :-1] = self._unit / column(self.measure.present)
+        present, varying = column(self.measure.present), column(self.measure.varying)
+        inverse[..., :-1] = self._unit / (present if self._judged is None else np.where(self._judged, varying, present))
         weights[..., -1] = inverse[..., -1] = self._parameter
         self.weights, self.inverse = weights, inverse
 
@@ -151,17 +160,23 @@ class Metric:
         """The metric that follows the magnitude of solutions ``x``, (N,) or (k, N)."""
         if not self._scaling.adaptive:
             return self
-        typical, _, _, largest = self.measure
-        magnitude = norms(x * self._unit)
+        typical, largest = self.measure.typical, self.measure.largest
+        scaled = x * self._unit
+        magnitude = norms(scaled)
         largest = larger(largest, magnitude)
-        size, present = larger(self._scaling.floor * largest, magnitude), larger(_MIN_MAGNITUDE * largest, magnitude)
-        return self.measuring(Measure(typical, one_if_zero(size), one_if_zero(present), largest))
+        size = one_if_zero(larger(self._scaling.floor * largest, magnitude))
+        present = one_if_zero(larger(_MIN_MAGNITUDE * largest, magnitude))
+        varying = present
+        if self._judged is not None:
+            own = _VARYING * norms(scaled[..., self._judged])
+            varying = larger(_MIN_VARYING * present, smaller(present, own))
+        return self.measuring(Measure(typical, size, present, largest, varying))
 
     def measuring(self, measure: Measure) -> Metric:
         """The metric with other magnitudes."""
         other = Metric.__new__(Metric)
         other._scaling, other._parameter, other._shares = self._scaling, self._parameter, self._shares
-        other._unit, other._shape, other.measure = self._unit, self._shape, measure
+        other._judged, other._unit, other._shape, other.measure = self._judged, self._unit, self._shape, measure
         if measure.typical is not self.measure.typical:  # of a different set of states
             other._shape = (*np.shape(measure.typical), self._shape[-1])
             if self._scaling.x is None:
