@@ -134,7 +134,9 @@ def _answered(ctx: Any) -> Iterator[None]:
             raise typer.Exit(PIPE_CLOSED) from None
         with guarded():
             raise unwritten(error) from None
-    except SystemExit:  # of rich, whose pipe was closed
+    except SystemExit as ended:
+        if not isinstance(ended.__context__, BrokenPipeError):  # which rich, that prints the help, ends the process for
+            raise
         from slipstick.cli.terminal.guard import PIPE_CLOSED, mute
 
         mute()
