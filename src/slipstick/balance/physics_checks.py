@@ -228,7 +228,7 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
 def _plane_warnings(problem: Problem) -> Iterator[str]:
     """Two perpendicular directions of one place, which a law of one direction takes for two contacts."""
     for pair in problem.contacts:
-        alike = all(np.ndim(value) == 0 for value in (*pair.contact.values.values(), pair.area))
+        alike = not isinstance(pair.area, np.ndarray) and all(np.ndim(v) == 0 for v in pair.contact.values.values())
         if len(pair) != 2 or "second" in pair.contact.ports or not alike or len(pair.given.get("normal", (None,))) > 1:
             continue
         along = [direction for k in range(2) if (direction := pair.direction("tangential", k))]
