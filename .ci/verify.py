@@ -42,7 +42,7 @@ PARTS = {
     "tests/consistency/test_every_point.py": 2,
     "tests/consistency/test_many_contacts.py": 3,
     "tests/consistency/test_peaks_found.py": 3,
-    "tests/consistency/test_random_systems.py": 2,
+    "tests/consistency/test_random_systems.py": 4,
     "tests/consistency/test_report_in_browser.py": 2,
     "tests/hostile/test_mutations.py": 3,
     "tests/test_wrong_values.py": 3,

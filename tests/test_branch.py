@@ -38,6 +38,14 @@ def branch() -> ss.Branch:
     return ss.forced_response(problem(), omega=(6.0, 12.0), at=[8.0])
 
 
+@pytest.mark.parametrize("value", [50.0, 5.9, "3 Hz"])
+def test_a_value_outside_the_points_is_no_point(branch: ss.Branch, value: float | str) -> None:
+    with pytest.raises(ss.InputError, match="expected omega from 6 to 12, where the branch has points"):
+        branch.at(value)
+    assert (branch.at(6.0), branch.at(12.0 * (1.0 + 1e-6)), branch.span) == (0, len(branch) - 1, (6.0, 12.0))
+    assert not branch.reaches(50.0)
+
+
 def test_dataset_is_complete_and_described(branch: ss.Branch) -> None:
     dataset = branch.dataset
     assert branch.outcome is ss.Outcome.COMPLETED

@@ -238,6 +238,28 @@ def numbers(name: Name, value: object, expected: str = "finite real numbers") ->
     return copy
 
 
+MEASURED = f"a number, none above {LARGEST:g}, or nan where nothing was measured"
+"""What is expected of each measured number."""
+
+
+def no_measured_numbers(values: Any) -> list[int]:
+    """Flat places of real or complex numbers that nobody measured: infinite ones and those above ``LARGEST``.
+
+    nan is what is missing.
+
+    >>> import numpy as np
+    >>> no_measured_numbers(np.array([1.0, np.nan, np.inf, -1e300, 1e300j]))
+    [2, 3, 4]
+    """
+    import numpy as np
+
+    array = np.asarray(values)
+    if array.dtype.kind not in "fc":
+        return []
+    large = np.fmax(np.abs(array.real), np.abs(array.imag)) > LARGEST  # false of nan
+    return list(map(int, np.flatnonzero(large)))
+
+
 def count_or_numbers(name: Name, value: object, expected: str) -> int | Array:
     """A whole number >= 1, or an array with dimensions."""
     if isinstance(value, list | tuple) or _shape(value):

@@ -223,3 +223,19 @@ def test_a_unit_normal_that_is_not_perpendicular_is_told() -> None:
     assert "from the second direction" in told({"y": -0.6, "z": 0.8})[0]
     assert not told({"x": 0.6, "z": 0.1})
     assert not told({"z": -1.0})
+
+
+def test_two_directions_of_a_law_of_one_are_said_to_be_two_contacts() -> None:
+    """In a case file they are a plane; contacts that differ, or do not stand at one place, are meant."""
+    law = ss.FrictionContact(kt=100.0, mu=0.3, kn=50.0, gap=-16.0)
+
+    def said(contact: ss.FrictionContact, tangential: Any, **others: Any) -> bool:
+        pair = ss.ContactPair(name="foot", contact=contact, tangential=tangential, **others)
+        return any("two directions are two contacts" in text for text in problem_warnings(problem(pair)))
+
+    assert said(law, ("x", "y"), normal="z")
+    assert said(law, [{"x": 0.6, "y": 0.8}, {"x": -0.8, "y": 0.6}])
+    assert not said(law, ["x", {"x": 0.6, "y": 0.8}], normal="z")
+    assert not said(law, ("x", "y"), area=[1.0, 2.0])
+    assert not said(ss.FrictionContact(kt=[100.0, 50.0], mu=0.3, normal_load=800.0), ("x", "y"))
+    assert not said(law, "x", normal="z")

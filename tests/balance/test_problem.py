@@ -91,7 +91,8 @@ def test_warnings(changes: dict[str, Any], words: str) -> None:
 
 @pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("name, value, words", [
-    ("damper.mu", 0.0, "mu = 0"), ("damper.normal_load", 0.0, "normal load is 0"), ("damper.kt", 0.0, "kt = 0"),
+    ("damper.mu", 0.0, "mu = 0"), ("damper.normal_load", 0.0, "normal load is 0"),
+    ("damper.kt", 0.0, "kt = 0, so no sliding changes its friction force"),
 ])  # fmt: skip
 def test_warnings_of_contacts_that_do_nothing(name: str, value: float, words: str) -> None:
     assert any(words in text for text in problem_warnings(problem().with_parameter(name, value)))

@@ -127,6 +127,10 @@ def directions(system: RandomSystem):
     return T, S, N
 
 
+MOST_STEPS = 10_000
+"""Of a march over a period, usually 500 in half a second."""
+
+
 def planar_forces(pair: ss.ContactPair, h: ss.Harmonics, Q: np.ndarray, omega: float) -> np.ndarray:
     """Forces (3, L) along two directions and the normal one: friction marched in time, the normal force of the
     one-directional element. Where a contact never slips, its mean friction is one of many: the law's own."""
@@ -142,7 +146,8 @@ def planar_forces(pair: ss.ContactPair, h: ss.Harmonics, Q: np.ndarray, omega: f
     straight = ss.FrictionContact(**{name: float(value[0]) for name, value in values.items()})
     normal = ss.contact_forces(straight, h, X[0], X[2], omega=omega).Fy
     orders = np.arange(1, len(h.orders))
-    F, gap = marched(orders, X[None], np.array([[*v, *(values[name][0] for name in ("kt", "mu", "kn", "gap"))]]))
+    numbers = np.array([[*v, *(values[name][0] for name in ("kt", "mu", "kn", "gap"))]])
+    F, gap = marched(orders, X[None], numbers, most=MOST_STEPS)
     found = law.respond(Motion(h, 1.0, tuple(x[None] for x in X), np.array([*v, 0.0])[:, None]), values)
     if found.detail.stuck_all_period[0]:
         F[0, :, 0] = [found.force[i][0, 0] for i in (0, 1)]

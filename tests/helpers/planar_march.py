@@ -7,6 +7,7 @@ forces are integrated along. Contact begins and ends where the normal motion cro
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,10 @@ from slipstick.typing import Array
 _A, _B, _C = dop.A[:12, :12], dop.B, dop.C[:12]
 
 
+class TooStiffError(Exception):
+    """An explicit method needs too many steps, as where friction hardly limits a fast motion."""
+
+
 @dataclass
 class Marched:
     """Motion (n, 3, L) of n contacts and their parameters (n, 6): ``v1 v2 kt mu kn gap``."""
@@ -24,6 +29,8 @@ class Marched:
     orders: Array
     X: Array
     par: Array
+    most: float = np.inf
+    """Steps of a period after which it is given up."""
 
     def motion(self, t: Array, of: Array) -> tuple[Array, ...]:
         """``w1, w2, w1', w2', penetration, its rate`` of contacts ``of`` at a time each."""
@@ -87,10 +94,12 @@ class Marched:
         touching |= dy > 0
         _, limit, out = self.rate(t, theta, everyone)
         slipping = touching & ~fresh & (np.hypot(*f.T) >= limit * (1 - 1e-11)) & (out > 0)
-        while True:
+        for count in itertools.count():
             alive = end - t > 1e-13
             if not alive.any():
-                return f, F
+                break
+            if count >= self.most:
+                raise TooStiffError(f"{count} steps and {float((end - t).max()):.3g} rad to go")
             born = np.flatnonzero(fresh & touching & alive)  # stick or slip at once
             if born.size:
                 _, _, d1, d2, _, dy = self.motion(t[born], born)
@@ -136,6 +145,7 @@ class Marched:
             f[opened], slipping[opened] = 0.0, False
             touching[opened], touching[closed] = False, True
             fresh[closed], since[closed] = True, t[closed]
+        return f, F
 
     def _stick_step(self, t: Array, f: Array, h: Array, of: Array) -> tuple[Array, Array, Array, Array]:
         mu, kn = self.par[of, 3], self.par[of, 4]
@@ -177,12 +187,15 @@ class Marched:
         return angle, add, x, stops
 
 
-def marched(orders: Array, X: Array, par: Array, *, steps: int = 400, periods: int = 40) -> tuple[Array, Array]:
+def marched(
+    orders: Array, X: Array, par: Array, *, steps: int = 400, periods: int = 40, most: float = np.inf
+) -> tuple[Array, Array]:
     """Coefficients (n, 2, L) of the steady friction forces, and by how much the last period was not closed.
 
-    Contacts that separate start where they close and need one period.
+    Contacts that separate start where they close and need one period. TooStiffError for a period of more than ``most``
+    steps.
     """
-    system, n = Marched(np.asarray(orders, dtype=float), X, par), len(X)
+    system, n = Marched(np.asarray(orders, dtype=float), X, par, most), len(X)
     start = np.zeros(n)
     grid = np.linspace(0.0, 2.0 * np.pi, 4001)
     for e in range(n):
@@ -200,7 +213,7 @@ def marched(orders: Array, X: Array, par: Array, *, steps: int = 400, periods: i
     f = np.divide(limit, speed, out=np.zeros(n), where=speed > 0)[:, None] * par[:, :2]
     left, F, gap = np.arange(n), np.zeros((n, 2, X.shape[2])), np.zeros(n)
     for _ in range(periods):
-        part = Marched(system.orders, X[left], par[left])
+        part = Marched(system.orders, X[left], par[left], most)
         end, F[left] = part.period(f[left], start[left], steps)
         gap[left] = np.abs(end - f[left]).max(axis=1)
         f[left] = end

@@ -260,7 +260,7 @@ def test_units_of_a_column(tmp_path):
         ("x,y,z,p\n0.5,0.5,0.2,1.0\n", {"columns": {"pressure": "q"}}, "there is no column 'q'"),
         ("x,y,z,p\n0.5,0.5,0.2,high\n", {}, "p.csv"),
         ("", {}, "p.csv"),
-        ("x,y,z,p\n0.5,0.5,0.2,1e200\n", {}, "has numbers beyond 1e+100"),
+        ("x,y,z,p\n0.5,0.5,0.2,1e200\n", {}, "pressure, p.csv, line 2: p: found 1e+200; expected a number"),
         (
             "x,y,z,p,area\n0.01,0.01,0.2,9.0,1.0\n0.9,0.9,0.2,1.0,0.01\n0.1,0.9,0.2,1.0,0.01\n0.9,0.1,0.2,1.0,0.01\n",
             {"points": 4},

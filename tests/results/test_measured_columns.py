@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.io import savemat
 
 import slipstick as ss
 from slipstick.analysis.identification.measured import dataset_of
 from slipstick.errors import InputError
 from slipstick.results.measured_columns import in_units, read_columns
-from slipstick.results.measured_receptances import Function, receptances
+from slipstick.results.measured_receptances import Function, read_receptances, receptances
 from slipstick.units import Units
 
 RIG = """Test rig 7;run 12;operator AB
@@ -119,3 +121,31 @@ def test_functions_in_units_that_no_structure_has(tmp_path: Path) -> None:
         receptances([one, other._replace(unit="mm/s^2/N")], "rig")
     with pytest.raises(InputError, match=r"export them in lengths, such as m/s\^2"):
         receptances([other._replace(unit="g/N")], "rig")
+
+
+def test_infinite_numbers_are_named_by_their_place(tmp_path: Path) -> None:
+    """In columns that are read, by the names that the file has; an empty cell and nan are missing numbers."""
+    file = written(tmp_path / "rig.csv", RIG.replace("1.234,5e-3", "-inf"))
+    with pytest.raises(InputError, match=r"rig\.csv, line 7: Disp ch3: found -inf; expected a number, none above 1e"):
+        read_columns(file, {"x": "Disp ch3"})
+    assert read_columns(file, {"x": "Force ch1"}).lines == (6, 7)
+    arrays = written(tmp_path / "pressures.rpt", "  Node  CPRESS\n  1  2.0\n  2  1e300\n  3  inf\n")
+    with pytest.raises(InputError, match=r"line 3 and 1 more: CPRESS: found 1e\+300; expected"):
+        read_columns(arrays)
+    mat = tmp_path / "rig.mat"
+    savemat(mat, {"f": [1.0, 2.0], "x": [1.0, np.inf]})
+    with pytest.raises(InputError, match=r"rig\.mat, x, row 2: found inf; expected"):
+        read_columns(mat)
+
+
+def test_infinite_response_functions_are_refused(tmp_path: Path) -> None:
+    """A nan leaves its frequency out, an infinite number does not pass for one."""
+    values = np.array([[[1.0 + 0j]], [[np.nan]], [[2.0]], [[1.0]]])
+    data = xr.Dataset(
+        {"receptance": (("omega", "output", "input"), values)},
+        coords={"omega": [1.0, 2.0, 3.0, 4.0], "output": ["x"], "input": ["x"]},
+    )
+    assert read_receptances(data).omega.tolist() == [1.0, 3.0, 4.0]
+    data.receptance.values[2] = np.inf
+    with pytest.raises(InputError, match=r"measured, x/x: found inf\+0j at omega = 3; expected"):
+        read_receptances(data)

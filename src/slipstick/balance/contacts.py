@@ -44,11 +44,11 @@ class ContactPair:
         The law with its parameters: a ``FrictionContact``, a ``PlanarFrictionContact``, a ``SampledLaw``, or a law of
         your own.
     tangential
-        Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts. Of a
-        ``PlanarFrictionContact`` the two perpendicular directions of its surface: ``("x", "y")``, and for many contacts
-        two lists, the first directions and the second ones. Where all their dofs are displacements along axes by name
-        ("x", "uy", "tip_z", "12.x", "x@next") others are refused, and unequal lengths give a warning. Of
-        modes, rotations and dofs of other names the angle is not known, and nothing is checked.
+        Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts, each with friction of
+        its own. Of a ``PlanarFrictionContact`` the two perpendicular directions of its surface: ``("x", "y")``, and
+        for many contacts two lists, the first directions and the second ones. Where all their dofs are displacements
+        along axes by name ("x", "uy", "tip_z", "12.x", "x@next") others are refused, and unequal lengths give a
+        warning. Of modes, rotations and dofs of other names the angle is not known, and nothing is checked.
     normal
         As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``. A stop, a
         ``FrictionContact`` without kt and mu, has this direction alone.

@@ -190,6 +190,7 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
 
 
 def _contact_warnings(problem: Problem) -> Iterator[str]:
+    yield from _plane_warnings(problem)
     for batch, contact_inputs in zip(problem.batches, problem.inputs.batches, strict=True):
         for e, (p, k) in enumerate(batch.members):
             pair = problem.contacts[p]
@@ -222,6 +223,23 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                 values[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
             for sentence in batch.law.warnings(values, ports, approach):
                 yield f"contact '{pair.elements[k]}': {sentence}"
+
+
+def _plane_warnings(problem: Problem) -> Iterator[str]:
+    """Two perpendicular directions of one place, which a law of one direction takes for two contacts."""
+    for pair in problem.contacts:
+        alike = not isinstance(pair.area, np.ndarray) and all(np.ndim(v) == 0 for v in pair.contact.values.values())
+        if len(pair) != 2 or "second" in pair.contact.ports or not alike or len(pair.given.get("normal", (None,))) > 1:
+            continue
+        along = [direction for k in range(2) if (direction := pair.direction("tangential", k))]
+        places = {dof.partition("@")[0][:-1] for direction in along for dof in direction}
+        if len(along) == 2 and len(places) == 1 and in_space(*along):
+            cosine = sum(c * along[1].get(dof, 0.0) for dof, c in along[0].items())
+            if abs(cosine) <= PERPENDICULAR:
+                yield (
+                    f"contact '{pair.name}': two directions are two contacts, each with friction of its own; give "
+                    "ss.PlanarFrictionContact for one that slides in the plane, or each of the two a pair of its own"
+                )
 
 
 def _slanted(along: Direction, across: Direction) -> float:

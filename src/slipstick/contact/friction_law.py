@@ -129,7 +129,7 @@ class FrictionLaw(Law):
         elif mu == 0 and kt > 0:
             yield "mu = 0, so there is no friction force"
         elif kt == 0:
-            yield "kt = 0, so it never sticks; give the tangential contact stiffness"
+            yield "kt = 0, so no sliding changes its friction force; give the tangential contact stiffness"
         if mu > LARGEST_FRICTION:
             yield f"mu = {mu:g} is more than dry surfaces reach; expected below {LARGEST_FRICTION:g}"
 

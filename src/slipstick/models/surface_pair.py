@@ -421,6 +421,8 @@ def _of_file(fault: Fault, file: Path) -> Fault:
     where = tuple(part for part in fault.where if str(part) not in (str(file), file.name))
     if where[:1] == ("columns",):
         return replace(fault, where=where)
+    if not fault.statement:
+        return replace(fault, where=("pressure", file.name, *where))
     return replace(fault, where=("pressure", *where), statement=" ".join([file.name, *fault.statement.split()]))
 
 

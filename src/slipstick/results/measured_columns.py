@@ -6,7 +6,7 @@ Tables of text have lines of their own first, semicolons, decimal commas, units;
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import enumerated, suggestion, table, text
+from slipstick.faults import MEASURED, enumerated, no_measured_numbers, suggestion, table, text
 from slipstick.quantities import FREQUENCIES
 from slipstick.results.matlab_file import matlab_arrays, vector
 from slipstick.typing import AnyArray
@@ -40,12 +40,13 @@ _KNOWN = (*FREQUENCIES, *(name for size in ("length", "force", "time") for name 
 class Columns(NamedTuple):
     """Columns of numbers by name, all names in the file, and the units that stand with them.
 
-    Numbers of a MATLAB file may be complex.
+    Numbers of a MATLAB file may be complex. ``lines`` are those of the rows in a file of text, from 1.
     """
 
     values: dict[str, AnyArray]
     names: tuple[str, ...]
     units: dict[str, str]
+    lines: tuple[int, ...] = ()
 
 
 def read_columns(file: Path, columns: object = None) -> Columns:
@@ -69,7 +70,8 @@ def read_columns(file: Path, columns: object = None) -> Columns:
     Raises
     ------
     InputError
-        For a file that is no such table, and for columns that are not in it.
+        For a file that is no such table, for columns that are not in it, and for infinite numbers in those that are
+        read.
     """
     pick: Callable[[str], AnyArray | None]
     if file.suffix.lower() == ".mat":
@@ -88,18 +90,35 @@ def read_columns(file: Path, columns: object = None) -> Columns:
         matrix = next(name for name in names if name not in found.values)
         expected = 'vectors, or columns = { "x" = "H(:,2)", ... }'
         raise InputError(Fault(str(file), f"holds a matrix, {matrix}", expected=expected))
+    else:
+        _require_measured(file, found.values, found.lines)
     lengths = {len(values) for values in found.values.values()}
     if len(lengths) > 1:
         listed = enumerated([f"{len(values)} of {name}" for name, values in found.values.items()])
         remedy = "choose those of one length with columns"
         raise InputError(Fault(str(file), f"columns of different lengths: {listed}", remedy=remedy))
     numbers = {name: v.astype(complex if v.dtype.kind == "c" else float) for name, v in found.values.items()}
-    return Columns(numbers, names, {name: found.units.get(name, "") for name in numbers})
+    return Columns(numbers, names, {name: found.units.get(name, "") for name in numbers}, found.lines)
+
+
+def _require_measured(file: Path, values: Mapping[str, AnyArray], lines: Sequence[int]) -> None:
+    """Raises InputError for columns with numbers that are infinite or too large, by their names in the file."""
+    faults = []
+    for name, column in values.items():
+        if not (places := no_measured_numbers(column)):
+            continue
+        first, more = places[0], f" and {len(places) - 1} more" if len(places) > 1 else ""
+        where = (f"line {lines[first]}{more}", name) if lines else (name, f"row {first + 1}{more}")
+        found = f"{column[first]:g}"
+        faults.append(Fault((str(file), *where), found=found, expected=MEASURED))
+    if faults:
+        raise InputError(faults)
 
 
 def _chosen(file: Path, found: Columns, columns: object, pick: Callable[[str], AnyArray | None]) -> Columns:
     """Columns by what they are; InputError for those that are not in the file."""
     values, units, faults = dict[str, AnyArray](), dict[str, str](), []
+    read = dict[str, AnyArray]()
     for key, given in table("columns", columns, _MAP).items():
         name, unit = text(("columns", key), given, _MAP), ""
         match = _UNIT.fullmatch(name)
@@ -116,9 +135,11 @@ def _chosen(file: Path, found: Columns, columns: object, pick: Callable[[str], A
         if unit and own and unit != own:
             faults.append(Fault(("columns", key), f"is given in {unit}", expected=f"{own}, as {file.name} says"))
         values[key], units[key] = numbers, own or unit
+        read[name] = numbers
     if faults:
         raise InputError(faults)
-    return Columns(values, found.names, units)
+    _require_measured(file, read, found.lines)
+    return Columns(values, found.names, units, found.lines)
 
 
 def _of_text(file: Path) -> Columns:
@@ -140,7 +161,7 @@ def _of_text(file: Path) -> Columns:
         named = [word.strip().strip('"').strip() for word in kept[first - 2][1].split(split)]
         if len(named) == len(head):
             head, units = named, [_bare(word) for word in head]
-    rows = []
+    rows, lines_of = [], []
     for at, line in kept[first:]:
         cells = line.split(split)
         try:
@@ -150,6 +171,7 @@ def _of_text(file: Path) -> Columns:
             raise InputError(Fault((str(file), f"line {at}"), str(error), expected=expected)) from None
         if len(cells) != len(head):
             raise InputError(Fault((str(file), f"line {at}"), f"{len(cells)} cells", expected=str(len(head))))
+        lines_of.append(at)
     if not rows:
         raise InputError(Fault(str(file), "holds no rows of numbers", expected="a line of names, then numbers"))
     for k, word in enumerate(head):
@@ -160,7 +182,7 @@ def _of_text(file: Path) -> Columns:
     if len(values) < len(head):
         twice = next(name for name in head if head.count(name) > 1)
         raise InputError(Fault((str(file), twice), "two columns have this name", remedy="rename one"))
-    return Columns(values, tuple(head), dict(zip(head, units, strict=True)))
+    return Columns(values, tuple(head), dict(zip(head, units, strict=True)), tuple(lines_of))
 
 
 def _of_report(file: Path, lines: Sequence[str]) -> Columns:
@@ -168,8 +190,9 @@ def _of_report(file: Path, lines: Sequence[str]) -> Columns:
     names: tuple[str, ...] = ()
     here: tuple[str, ...] = ()
     rows: list[list[float]] = []
+    lines_of: list[int] = []
     above: list[list[str]] = []
-    for line in lines:
+    for at, line in enumerate(lines, 1):
         numbers = _printed(line)
         if numbers is None:
             words = [*re.split(r"\s{2,}|\t", line.strip())], [w for w in line.split() if w.upper() not in _NO_COLUMN]
@@ -186,6 +209,7 @@ def _of_report(file: Path, lines: Sequence[str]) -> Columns:
                 what = f"has a row of {len(numbers)} numbers below {len(names)} names"
                 raise InputError(Fault(str(file), what, found=line.strip()[:60]))
             rows.append(numbers)
+            lines_of.append(at)
     if not rows:
         expected = "a line of names, one for each column, above rows of numbers"
         raise InputError(Fault(str(file), "holds no table that is understood", expected=expected))
@@ -195,7 +219,8 @@ def _of_report(file: Path, lines: Sequence[str]) -> Columns:
         if match is not None:
             head[k] = match[1]
             units[match[1]] = _bare(match[2] or match[3] or "")
-    return Columns(dict(zip(head, np.array(rows).T, strict=True)), tuple(head), {n: units.get(n, "") for n in head})
+    values = dict(zip(head, np.array(rows).T, strict=True))
+    return Columns(values, tuple(head), {n: units.get(n, "") for n in head}, tuple(lines_of))
 
 
 def _printed(line: str) -> list[float] | None:

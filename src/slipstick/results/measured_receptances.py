@@ -10,7 +10,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.errors import Fault, InputError, first_line
-from slipstick.faults import enumerated, numbers, path, shown, suggestion, table, text, wrong
+from slipstick.faults import (
+    MEASURED,
+    enumerated,
+    no_measured_numbers,
+    numbers,
+    path,
+    shown,
+    suggestion,
+    table,
+    text,
+    wrong,
+)
 from slipstick.results.measured_columns import in_units, length_and_force, of_gravity, quantity_fault, read_columns
 from slipstick.results.response_functions import DIRECTIONS, FRF, NAMED
 from slipstick.results.table import foreign_dataset, is_dataset
@@ -164,6 +175,9 @@ def receptances(found: Sequence[Function], where: str) -> Receptances:
         at, output, point = function.omega, function.output, function.point
         if at.shape != omega.shape or np.any(np.abs(at - omega) > 1e-6 * np.abs(omega).max()):
             raise InputError(Fault((where, f"{output}/{point}"), "has other frequencies than the first function"))
+        if places := no_measured_numbers(function.values):
+            found_there = f"{function.values[places[0]]:g} at omega = {at[places[0]]:.6g}"
+            raise InputError(Fault((where, f"{output}/{point}"), found=found_there, expected=MEASURED))
         rows.append(dofs.setdefault(output, len(dofs)))
         columns.append(dofs[point])
         values.append(function.values / (1j * np.where(omega > 0.0, omega, 1.0)) ** QUANTITIES[function.what])

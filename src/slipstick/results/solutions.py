@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 
 _ROUNDING = 1e-9
+_READING_ERROR = 1e-5
+"""Relative error of an end of the range that was copied from a figure or a message."""
 
 
 class Solutions:
@@ -150,14 +152,29 @@ class Solutions:
     def at(self, value: Frequency) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one.
 
-        A frequency is in rad/s, or a text such as "50 Hz".
+        A frequency is in rad/s, or a text such as "50 Hz". InputError for a value outside the points.
         """
         if self.followed == "omega":
             value = in_radians("value", value, Units.of_results(self.dataset.attrs))
         value = number("value", value)
         if not len(self):
             raise InputError(f"the branch has no points; its outcome is: {self.message}")
-        return int(np.argmin(np.abs(self.table[self.followed].to_numpy() - value)))
+        if not self.reaches(value):
+            name = self.followed if self.followed == "omega" else str(self.table.attrs.get("parameter", self.followed))
+            low, high = self.span
+            raise wrong("value", value, f"{name} from {low:.6g} to {high:.6g}, where the branch has points")
+        return int(np.nanargmin(np.abs(self.table[self.followed].to_numpy() - value)))
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest frequency or parameter among the points; zeros where there are none."""
+        followed = self.table[self.followed].to_numpy()
+        return (float(np.nanmin(followed)), float(np.nanmax(followed))) if followed.size else (0.0, 0.0)
+
+    def reaches(self, value: float) -> bool:
+        """Whether a frequency or parameter lies among the points, but for the digits it is read with."""
+        low, high = self.span
+        return low - _READING_ERROR * abs(low) <= value <= high + _READING_ERROR * abs(high)
 
     def guess(self, point: int) -> Array:
         """The unknowns at a point, (n_ports, L), to begin a branch there: ``forced_response(..., guess=...)``.

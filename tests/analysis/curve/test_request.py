@@ -26,6 +26,7 @@ def taken(**given):
 def test_every_form_is_taken():
     assert taken()["peaks_of"] == ("x",)
     assert taken(peaks_of="x")["peaks_of"] == taken(peaks_of=["x"])["peaks_of"] == ("x",)
+    assert taken(peaks_of=["x", "x"])["peaks_of"] == ("x",)
     assert taken(peaks_of=[])["peaks_of"] == ()
     assert taken(listeners=print)["listeners"] == taken(listeners=[print])["listeners"] == (print,)
     assert taken(options={"max_step": 0.01})["options"] == taken(options=response_options(max_step=0.01))["options"]

@@ -98,7 +98,7 @@ def test_complex_frequency_responses():
     assert [*found.values.values()] == pytest.approx([*TRUE.values()], rel=1e-9)
 
 
-@pytest.mark.parametrize("hole", [np.nan, complex(np.nan, 0.3), complex(0.3, np.nan), np.inf])
+@pytest.mark.parametrize("hole", [np.nan, complex(np.nan, 0.3), complex(0.3, np.nan)])
 def test_a_complex_number_that_lacks_a_part_is_missing(hole):
     """nan written into a complex array is nan + 0j: its imaginary part is no measurement."""
     c, s = measured().displacement.values[:, 0, 1:3].T

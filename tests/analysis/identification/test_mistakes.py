@@ -10,6 +10,9 @@ import xarray as xr
 from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
+from slipstick.analysis.identification.descent import Descent
+from slipstick.analysis.identification.fit_request import fit_request
+from slipstick.analysis.identification.identification import result_of
 from slipstick.analysis.identification.measured import read_measured
 from slipstick.analysis.identification.predicted import predictor_of
 from slipstick.analysis.identification.search import Scaled, changes, factor_text, round_factors
@@ -144,3 +147,45 @@ def test_round_factors() -> None:
     assert next(round_factors(-0.97 + 0.02j))[0] == -1.0
     assert not list(round_factors(5.0))
     assert [factor_text(each) for each in (-1.0, 1j, -1j, 1e3, 0.3 - 2.0j)] == ["-1", "i", "-i", "1000", "0.3 - 2 i"]
+
+
+@pytest.mark.parametrize("value", [np.inf, -1e300, 1e101j])
+def test_numbers_that_nothing_measured_are_refused(value: complex) -> None:
+    z = response()
+    z = np.where(np.arange(z.size) == 3, value, z)
+    with pytest.raises(ss.InputError, match=r"displacement: found .* at omega = 8\.57143, dof = x; expected a number"):
+        read_measured(problem(), measured(z))
+
+
+def test_a_missing_number_is_none_of_these() -> None:
+    z = response()
+    z = np.where(np.arange(z.size) == 3, np.nan, z)
+    assert ss.identify(problem(), measured(z), {"damper.mu": START["damper.mu"]}).values["damper.mu"] == pytest.approx(
+        TRUE["damper.mu"], rel=1e-6
+    )
+
+
+def test_nothing_but_zeros_is_no_vibration() -> None:
+    with pytest.raises(ss.InputError, match="measured numbers are 0"):
+        ss.identify(problem(), measured(0.0 * response()), {"damper.mu": 0.3})
+
+
+def test_a_dof_that_does_not_move_is_told() -> None:
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[40.0, -5.0], [-5.0, 40.0]], dofs=["x", "y"])
+    two = ss.Problem(structure, loads=ss.Load(dof="x", sin=100.0), harmonics=[0, 1])
+    values = np.column_stack([response(), 0.0 * response()])
+    data = xr.Dataset({"displacement": (("omega", "dof"), values)}, coords={"omega": FREQUENCIES, "dof": ["x", "y"]})
+    assert read_measured(two, data).notes == (
+        "all that was measured at y is 0: leave it out if its sensor was not connected",
+    )
+
+
+def test_a_misfit_that_is_no_number_is_far_away() -> None:
+    """Whatever the search says of its end."""
+    request = fit_request(problem(), measured(response()), {"damper.mu": 0.3}, None, None, None, 1, 0)
+    end = Descent(request, request.starts[0]).run()
+    assert not end.far
+    assert end._replace(misfit=np.nan).far
+    found = result_of(request, end._replace(misfit=np.nan, cost=np.nan), [np.nan], None, [])
+    assert not found.converged
+    assert "far from what was measured" in found.message

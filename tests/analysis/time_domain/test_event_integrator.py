@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from helpers.counting import calls_of
 from scipy.linalg import expm
 
+import slipstick as ss
 from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper, replaced, spring_memory
 from slipstick.analysis.time_domain.initial_state import start_at_rest
 from slipstick.analysis.time_domain.piecewise import PiecewiseLinear, State
@@ -66,3 +68,21 @@ def test_the_memory_of_a_spring_gives_the_force_asked_for():
 def test_too_few_steps_are_refused():
     with pytest.raises(InputError, match="time integration, steps: found 2"):
         stepper(omega=0.5, steps=2)
+
+
+def test_slip_in_the_plane_takes_few_rounds_a_step(monkeypatch):
+    """Newton's steps over all nodes together: the plain iteration took 30 to 50 rounds."""
+    structure = ss.MatrixStructure(M=np.eye(3), C=0.4 * np.eye(3), K=np.diag([40.0, 50.0, 90.0]), dofs=list("xyz"))
+    foot = ss.ContactPair(
+        name="foot", contact=ss.PlanarFrictionContact(kt=90.0, mu=0.4, kn=30.0, gap=-2.0), tangential=("x", "y"),
+        normal="z", rubbing=ss.RubbingMotion(velocity=(3.0, 1.0)),
+    )  # fmt: skip
+    loads = [ss.Load(dof="x", sin=60.0), ss.Load(dof="y", cos=40.0), ss.Load(dof="z", cos=30.0)]
+    problem = ss.Problem(structure, contacts=foot, loads=loads, harmonics=[0, 1])
+    s = Stepper(PiecewiseLinear(friction_system(problem, 6.0)))
+    z, states = start_at_rest(s)
+    rates, steps = calls_of(monkeypatch, PiecewiseLinear, "rate"), calls_of(monkeypatch, Stepper, "_collocated")
+    changes = [item for item in s.period(z, states) if isinstance(item, StateChange)]
+    assert changes
+    assert len(steps) > 50
+    assert len(rates) < 12 * len(steps)

@@ -105,3 +105,30 @@ def test_a_fit_whose_time_is_up_before_a_step_leaves_nothing(tmp_path):
     result = slipstick("identify", case, data, "-o", tmp_path / "out", "--time-limit", "1e-9 s")
     assert (result.exit_code, "stopped at the time limit" in result.output) == (1, True)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("0", "1e300"), "line 4: x.c1: found 1e+300; expected a number, none above 1e+100"),
+        (("0", "inf"), "line 4: x.c1: found inf; expected a number"),
+        (("0", "-1e400"), "line 4: x.c1: found -inf; expected a number"),
+        ((":", "0"), "all 16 measured numbers are 0; expected a vibration"),
+    ],
+    ids=["1e300", "inf", "-1e400", "zeros"],
+)
+def test_numbers_that_nothing_measured_are_named_by_line_and_column(tmp_path, change, said):
+    """One cell of the third row, or all numbers; nothing is written."""
+    case, data = files(tmp_path)
+    head, *rows = data.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    where, value = change
+    if where == ":":
+        cells = [[omega, value, value] for omega, *_ in cells]
+    else:
+        cells[2][1] = value
+    data.write_text("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
+    refused = slipstick("identify", case, data, "-o", tmp_path / "out")
+    assert refused.exit_code == 2
+    assert said in " ".join(refused.output.split())
+    assert not (tmp_path / "out").exists()

@@ -237,7 +237,7 @@ def _peak_dofs(problem: Problem, peaks_of: Sequence[str] | str | None) -> tuple[
         chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
         rest = tuple(dof for dof in outputs if dof not in chosen)
         return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
-    chosen = names("peaks_of", peaks_of)
+    chosen = tuple(dict.fromkeys(names("peaks_of", peaks_of)))
     if chosen == (LARGEST,) and LARGEST not in outputs:
         return chosen, ()
     faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]

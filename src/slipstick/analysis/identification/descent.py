@@ -46,6 +46,11 @@ class End(NamedTuple):
     misfit: float
     """Root mean square of the residuals over that of the measurement."""
 
+    @property
+    def far(self) -> bool:
+        """Whether it is far from the measurement; a misfit that is no number is."""
+        return not self.misfit <= FAR
+
 
 class Descent:
     """Least squares from one start."""
@@ -156,7 +161,8 @@ class Descent:
 def explained(request: FitRequest, end: End) -> bool:
     """Whether the given noise explains the residuals."""
     freedom = end.left.size - len(request.names)
-    return request.known and freedom > 0 and not too_large(end.cost / freedom, freedom)
+    known = request.known and freedom > 0 and bool(np.isfinite(end.cost))
+    return known and not too_large(end.cost / freedom, freedom)
 
 
 def weighted(request: FitRequest, end: End) -> tuple[FitRequest, End, Noise | None]:

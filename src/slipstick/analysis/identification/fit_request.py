@@ -19,7 +19,7 @@ from slipstick.analysis.road.events import EventFunction, Working
 from slipstick.analysis.road.request import followed_problem, heard_by
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, number, numbers, shown, suggestion, whole, wrong
+from slipstick.faults import SMALLEST, Gathering, number, numbers, shown, suggestion, whole, wrong
 from slipstick.results.sensitivities import direction_of
 from slipstick.typing import Array
 
@@ -182,6 +182,10 @@ def fit_request(
     if request.data.size < len(names):
         few = f"{request.data.size} numbers"
         raise InputError(Fault("measured", few, expected=f"at least {len(names)}, one for each parameter"))
+    if not np.any(np.abs(request.data) > SMALLEST):
+        nothing = f"all {request.data.size} measured numbers are 0"
+        remedy = "check which column was read, and whether the sensor was connected"
+        raise InputError(Fault("measured", nothing, expected="a vibration", remedy=remedy))
     return request
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.identification.descent import FAR, End, explained
+from slipstick.analysis.identification.descent import End, explained
 from slipstick.analysis.identification.fit_request import FitRequest
 from slipstick.analysis.identification.noise import (
     Noise,
@@ -198,7 +198,7 @@ def result_of(
     freedom = end.left.size - len(request.names)
     known = request.known
     spread = float(np.sqrt(end.cost / freedom)) if freedom > 0 else np.nan
-    far, told = end.misfit > FAR and not explained(request, end), list(told)
+    far, told = end.far and not explained(request, end), list(told)
     deviation, refused = 1.0 if known else spread, ""
     if far:
         deviation, refused = np.nan, (

@@ -135,8 +135,8 @@ def identify(
     Raises
     ------
     InputError
-        For measurements that do not fit the problem, unknown or overlapping parameters, a start outside its bounds, and
-        where no motion is found at the start.
+        For measurements that do not fit the problem, infinite numbers and nothing but zeros in them, unknown or
+        overlapping parameters, a start outside its bounds, and where no motion is found at the start.
 
     Warns
     -----
@@ -188,7 +188,7 @@ def _fitted(request: FitRequest, measured: Any, noise: float | None, told: list[
         told.append("the decay itself is not fitted: the model follows it from no initial state nearby; the "
                     "values are those of the nonlinear mode")  # fmt: skip
     compared: list[Tried] = []
-    if best.misfit > FAR and not explained(request, best) and not request.measured.in_time:
+    if best.far and not explained(request, best) and not request.measured.in_time:
         compared = compared_starts(request)
         further, sentence = further_ends(request, best, compared)
         ends += further
@@ -203,7 +203,7 @@ def _fitted(request: FitRequest, measured: Any, noise: float | None, told: list[
         )  # fmt: skip
     costs = sorted(end.cost for end in ends)
     request, best, weights = weighted(request, best)
-    if compared and best.misfit > FAR and not explained(request, best):
+    if compared and best.far and not explained(request, best):
         told += mistakes_in(request, best, compared)
     return result_of(request, best, costs, weights, told)
 

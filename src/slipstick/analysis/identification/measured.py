@@ -13,7 +13,19 @@ from slipstick.analysis.identification.kinds import Backbone, Loops, Measured, V
 from slipstick.balance.parameters import FACTORS
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, enumerated, names, numbers, path, shown, suggestion, whole, wrong
+from slipstick.faults import (
+    MEASURED,
+    Gathering,
+    enumerated,
+    names,
+    no_measured_numbers,
+    numbers,
+    path,
+    shown,
+    suggestion,
+    whole,
+    wrong,
+)
 from slipstick.quantities import FREQUENCIES
 from slipstick.results.measured_columns import Columns, in_units, read_columns, require_quantity, unit_factor
 from slipstick.results.measured_receptances import (
@@ -38,6 +50,13 @@ _EXPECTED = (
     "and force over the tau of loops, peak_omega and peak_amplitude, modal_amplitude, omega and modal_damping, "
     "displacement(time, dof) or receptance; or a file (.nc, .csv, .mat, .unv, .uff)"
 )
+
+
+_NUMBERS = (
+    "displacement", "amplitude", "force", "normal_displacement", "omega", "peak_omega", "peak_amplitude",
+    "modal_amplitude", "modal_damping",
+)  # fmt: skip
+"""Variables of a dataset that are compared with motions."""
 
 
 def conditions_at(
@@ -81,9 +100,30 @@ def dataset_of(problem: Problem, measured: Any, columns: object = None, quantity
 def read_measured(problem: Problem, measured: Any) -> Measured:
     """A measurement, as users give it, for a problem; raises InputError where it does not fit the problem."""
     measured = dataset_of(problem, measured)
+    _require_measured(measured)
     quantity = measured.attrs.get("quantity", "displacement")
     checked_quantity(quantity)
     return _integrated(problem, _of_kind(problem, measured), quantity)
+
+
+def _require_measured(data: xarray.Dataset) -> None:
+    """Raises InputError for infinite numbers and those that no unit makes as large, with the place of the first."""
+    faults = []
+    for name in _NUMBERS:
+        if name not in data.variables or not (places := no_measured_numbers(data[name].values)):
+            continue
+        array = data[name]
+        at = np.unravel_index(places[0], array.shape)
+        labels = [
+            f"{dim} = {array[dim].values[k]:g}" if array[dim].dtype.kind in "iuf" else f"{dim} = {array[dim].values[k]}"
+            for dim, k in zip(array.dims, at, strict=True)
+        ]
+        found = f"{array.values[at]:g}" + (f" at {', '.join(labels)}" if labels else "")
+        if len(places) > 1:
+            found += f", and {len(places) - 1} more"
+        faults.append(Fault(("measured", name), found=found, expected=MEASURED))
+    if faults:
+        raise InputError(faults)
 
 
 def _of_kind(problem: Problem, measured: Any) -> Measured:
@@ -159,6 +199,9 @@ def _vibration(problem: Problem, data: xarray.Dataset) -> Vibration:
         noise = _standing(spread, omega.size, len(last), places, problem.harmonics.size)
     if not np.any(np.isfinite(array)):
         raise InputError(Fault(("measured", name), "holds no numbers"))
+    still = [dof for k, dof in enumerate(dofs) if np.nanmax(np.abs(array[:, k]), initial=-1.0) == 0.0]
+    if still:
+        notes.append(f"all that was measured at {enumerated(still)} is 0: leave it out if its sensor was not connected")
     return Vibration(
         omega=omega, conditions=conditions, dofs=dofs, values=array, noise=noise, notes=tuple(notes)
     )  # fmt: skip

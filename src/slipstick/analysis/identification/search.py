@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.identification.descent import FAR, Descent, End
+from slipstick.analysis.identification.descent import Descent, End
 from slipstick.analysis.identification.fit_request import FitRequest, spread_starts
 from slipstick.analysis.identification.kinds import Measured
 from slipstick.analysis.identification.predicted import Predictor
@@ -232,7 +232,7 @@ def further_ends(request: FitRequest, best: End, compared: Sequence[Tried]) -> t
     others = [tried.p for tried in compared if not np.array_equal(tried.p, request.starts[0])]
     for p in others[:_FITTED_STARTS]:
         ends.append(Descent(request, p, most=_MOST_EVALUATIONS).choose_and_descend(p))
-        if ends[-1].misfit <= FAR:
+        if not ends[-1].far:
             ends.append(Descent(request, ends.pop().p).run())
             break
     nearest = min((end for end in ends if end.cost < best.cost), key=lambda end: end.cost, default=None)

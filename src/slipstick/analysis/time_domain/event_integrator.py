@@ -20,6 +20,7 @@ from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, LinearPiece, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
+from slipstick.solve.linear.dense import Factors
 from slipstick.typing import Array, IntArray
 
 _ROUNDING = 1e-12
@@ -43,6 +44,10 @@ _GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
 _FIT, _SETTLED, _LONGEST_ITERATION, _RELAXED = 1e-11, 1e-13, 60, 3
 """Errors over the size: at the ends of a polynomial that fits, and of a change in its iteration that may be rounding.
 The iteration takes at most 60 rounds; with a residual the slopes of angles stay the same after 3."""
+
+_SMALL, _SLOW = 50, 0.1
+"""Length of z up to which laws that switch are iterated by Newton's steps with the slopes of all nodes together, in a
+fifth of the rounds; the ratio of two changes above which the slopes are renewed."""
 
 _SHORTEST, _SHORTEST_SWITCHING = 2.0**-16, 2.0**-44
 """Part of a step that is not cut any more, as a corner of the law lies in it.
@@ -252,12 +257,17 @@ class Stepper:
         """The polynomial that satisfies the system at Gauss nodes of a length; None where it does not at the ends."""
         h = length * self.step
         rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
-        start, change, inverses = rates[0], np.inf, np.zeros(0)
+        start, last, change, inverses = rates[0], np.inf, np.inf, np.zeros(0)
         angles = self.model.system.memory.start + np.array(self.model.system.laws.angles(linear.regimes), dtype=int)
+        factors, newton = None, bool(linear.regimes) and len(z) <= _SMALL
         for count in range(_LONGEST_ITERATION):
             before, there = rates, z + _INTEGRALS @ rates
             rates = h * self.model.rate(linear, there)
-            if angles.size:  # Newton's step instead of the iteration's for angles, which may follow fast
+            if newton:
+                if factors is None or change > _SLOW * last:
+                    factors = _all_nodes(h * self.model.rate_slopes(linear, there))
+                rates = before + factors.solve((rates - before).ravel()).reshape(rates.shape)
+            elif angles.size:  # Newton's step instead of the iteration's for angles, which may follow fast
                 if linear.residual is None or count < _RELAXED:
                     inverses = _implicit(h * self._relaxation(linear, there, angles))
                 for row, inverse in zip(angles, inverses, strict=True):
@@ -512,6 +522,16 @@ def _collocation() -> tuple[Array, Array, Array]:
 
 
 _INTEGRALS, _WHOLE, _POWERS = _collocation()
+
+
+def _all_nodes(slopes: Array) -> Factors:
+    """Of ``1 - slopes integrals`` of a system with slopes (nodes, n, n) over a step, for the rates at all nodes."""
+    count, n, _ = slopes.shape
+    matrix = np.empty((count * n, count * n), order="F")
+    blocks = matrix.T.reshape(count, n, count, n)  # node and place that move, node and place that are answered
+    np.multiply(_INTEGRALS.T[:, None, :, None], -slopes.transpose(2, 0, 1), out=blocks)
+    matrix.ravel(order="K")[:: count * n + 1] += 1.0
+    return Factors(matrix)
 
 
 def _implicit(slopes: Array) -> Array:

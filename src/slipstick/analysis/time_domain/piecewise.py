@@ -100,27 +100,27 @@ class FrictionSystem:
     law_motion: Array = field(default_factory=lambda: np.zeros((0, 0)))
     law_velocity: Array = field(default_factory=lambda: np.zeros(0))
 
-    @property
+    @cached_property
     def n(self) -> int:
         """Coordinates of the structure."""
         return len(self.equations.M)
 
-    @property
+    @cached_property
     def n_contacts(self) -> int:
         """Friction contacts."""
         return len(self.kt)
 
-    @property
+    @cached_property
     def varies(self) -> NDArray[np.bool_]:
         """Whether the normal load of each contact varies, so that it can separate."""
         return self.has_normal | np.any(self.approach[:, 1:] != 0, axis=1)
 
-    @property
+    @cached_property
     def n_dynamic(self) -> int:
         """Entries of z that are unknown: q, dq/dtau, e, memory of other laws."""
         return 2 * self.n + self.n_contacts + self.laws.n_memory
 
-    @property
+    @cached_property
     def memory(self) -> slice:
         """Places in z of the memory of other laws."""
         return slice(2 * self.n + self.n_contacts, self.n_dynamic)
@@ -143,17 +143,17 @@ class FrictionSystem:
         memory = [self.memory.start + row for row in laws.remembered(tuple(states[nc:]), which)]
         return [*range(2 * self.n), *stuck, *memory]
 
-    @property
+    @cached_property
     def n_forces(self) -> int:
         """Forces of friction contacts, tangential and normal."""
         return self.n_contacts + int(self.has_normal.sum())
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of z."""
         return self.n_dynamic + len(self.forcing_rates)
 
-    @property
+    @cached_property
     def forcing_rates(self) -> Array:
         """``d forcing/dtau`` as a matrix times the forcing."""
         out = np.zeros((1 + 2 * len(self.orders),) * 2)

@@ -29,8 +29,6 @@ AGREES = 0.01
 
 _CHECKED_PEAKS = 5
 """Peaks that are checked where no point is named."""
-_READING_ERROR = 1e-5
-"""Relative error of an end of the range that was copied from a figure or a message."""
 
 
 @verb
@@ -207,10 +205,9 @@ def _chosen(branch: Branch, points: Sequence[int], values: Sequence[str]) -> lis
 
 def _inside(branch: Branch, value: float, text: str) -> float:
     """A value where the branch has points."""
-    known = branch.table[branch.followed].to_numpy()
-    low, high = (float(end) for end in (known.min(), known.max())) if known.size else (0.0, 0.0)
-    if low - _READING_ERROR * abs(low) <= value <= high + _READING_ERROR * abs(high):
+    if branch.reaches(value):
         return value
+    low, high = branch.span
     units = Units.of_results(branch.dataset.attrs)
     unit = str(branch.dataset.attrs.get("frequency_unit", units.angular)) if branch.followed == "omega" else ""
     size = units.frequency_factor(unit) if unit else 1.0
