@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 Structures = Sequence[Mapping[str, float]]
 
-_WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
-"""Relative motion of the further orders from which the reaction of the set is solved for: with a factored Jacobian, and
-with an iterative one, whose solve costs as much as a correction."""
+_WORTH, _ROUGH = 1e-5, 1e-2
+"""Relative motion of the further orders from which the reaction of the set is solved for, a hundred times what they
+move next to resonances of 1 % damping; and the error to which an iterative Jacobian solves for it."""
 
 _HELD = 4_000_000
 """Entries of the derivatives of one batch of points: 32 MB."""
@@ -81,8 +81,8 @@ class Reaction(NamedTuple):
     def __call__(self, r: Array) -> Array:
         """``J^-1 r`` (N,)."""
         if self.tangent is None:
-            return self.jacobian.solve_correction(r)
-        z = self.jacobian.solve_correction(np.append(r, 0.0))
+            return self.jacobian.solve_correction(r, _ROUGH)
+        z = self.jacobian.solve_correction(np.append(r, 0.0), _ROUGH)
         return at_their_parameter(z[None], self.tangent[None], np.array([self.bend]))[0]
 
 
@@ -150,7 +150,7 @@ class EachReaction(Reactions):
         if len(tangents) < len(reactions):
             return np.array([one(r) for one, r in zip(reactions, residuals, strict=True)])
         across = np.concatenate([residuals, np.zeros((len(residuals), 1))], axis=1)
-        z = np.array([one.jacobian.solve_correction(r) for one, r in zip(reactions, across, strict=True)])
+        z = np.array([one.jacobian.solve_correction(r, _ROUGH) for one, r in zip(reactions, across, strict=True)])
         return at_their_parameter(z, np.array(tangents), np.array([one.bend for one in reactions]))
 
 
@@ -189,11 +189,11 @@ def truncation(
     together = reactions.known & (dense and small and wider.size * balance.size <= _LARGEST_BOTH)
     at = np.flatnonzero(~together & (more > _STIFF * largest) & small)
     if at.size:
-        held_there = wider.held(at, added[at])
-        less = largest_deviation(wide, held_there).max(axis=1, initial=0.0)
+        held = wider.held(at, added[at])
+        less = largest_deviation(wide, held).max(axis=1, initial=0.0)
         smaller = less < more[at]
-        added[at[smaller]], more[at[smaller]] = held_there[smaller], less[smaller]
-    at = np.flatnonzero(reactions.known & (more > (_WORTH if dense else _WORTH_ITERATIONS) * largest))
+        added[at[smaller]], more[at[smaller]] = held[smaller], less[smaller]
+    at = np.flatnonzero(reactions.known & (more > _WORTH * largest))
     if at.size:
         more[at] = largest_deviation(wide, wider.with_reaction(at, added[at], reactions)).max(axis=1, initial=0.0)
     at = np.flatnonzero(together & (more > _STIFF * largest))
