@@ -274,7 +274,7 @@ WARNED: list[Row] = [
     ("odd harmonics alone", '"0..5"', "[0, 1, 3, 5]", "", ("keep the even ones too",)),
     ("a friction coefficient in percent that is a number", "mu = 0.3", "mu = 30", "", ("mu = 30 is more than dry surfaces reach",)),
     ("no friction", "mu = 0.3", "mu = 0.0", "", ("mu = 0, so there is no friction force",)),
-    ("no tangential stiffness", "kt = 100.0", "kt = 0.0", "", ("kt = 0, so it never sticks",)),
+    ("no tangential stiffness", "kt = 100.0", "kt = 0.0", "", ("kt = 0, so no sliding changes its friction force",)),
     ("stiffness in other units", "kt = 100.0", "kt = 1e11", "", ("kt = 1e+11 is 2.5e+09 times the static stiffness 40",)),
     ("a gap of the wrong sign", "gap = -2.0", "gap = 2.0", "", ("the gap 2 is open and no load moves the structure across it",)),
     ("a gap without normal", PRESSED, "kt = 100.0\nkn = 80.0\nmu = 0.3\ngap = 2.0", "", ("it never acts",)),

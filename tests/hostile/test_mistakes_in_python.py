@@ -236,7 +236,7 @@ def computed(given: ss.Problem) -> ss.Branch:
 
 
 WARNED: dict[str, tuple[Callable[[], Any], str]] = {
-    "kt = 0": (lambda: computed(problem(contacts=pair(contact(kt=0.0)))), "kt = 0, so it never sticks"),
+    "kt = 0": (lambda: computed(problem(contacts=pair(contact(kt=0.0)))), "kt = 0, so no sliding changes"),
     "mu = 0": (lambda: computed(problem(contacts=pair(contact(mu=0)))), "mu = 0, so there is no friction force"),
     "mu in per cent": (
         lambda: computed(problem(contacts=pair(contact(mu=30)))), "mu = 30 is more than dry surfaces reach",
