@@ -189,10 +189,10 @@ def truncation(
     together = reactions.known & (dense and small and wider.size * balance.size <= _LARGEST_BOTH)
     at = np.flatnonzero(~together & (more > _STIFF * largest) & small)
     if at.size:
-        held = wider.held(at, added[at])
-        less = largest_deviation(wide, held).max(axis=1, initial=0.0)
+        resisted = wider.held(at, added[at])
+        less = largest_deviation(wide, resisted).max(axis=1, initial=0.0)
         smaller = less < more[at]
-        added[at[smaller]], more[at[smaller]] = held[smaller], less[smaller]
+        added[at[smaller]], more[at[smaller]] = resisted[smaller], less[smaller]
     at = np.flatnonzero(reactions.known & (more > _WORTH * largest))
     if at.size:
         more[at] = largest_deviation(wide, wider.with_reaction(at, added[at], reactions)).max(axis=1, initial=0.0)
