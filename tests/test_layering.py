@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections import deque
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -70,7 +71,9 @@ def _walk(node: ast.AST, lazily: bool, inside: bool = False) -> Iterator[ast.AST
     for child in ast.iter_child_nodes(node):
         if not isinstance(child, (ast.stmt, ast.excepthandler, ast.match_case)):
             continue
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+        if isinstance(child, ast.If) and any(
+            isinstance(n, ast.Name) and n.id == "TYPE_CHECKING" for n in ast.walk(child.test)
+        ):
             continue
         within = inside or isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef))
         if inside == lazily:
@@ -121,11 +124,15 @@ def imported_modules(tree: ast.Module, lazily: bool) -> Iterator[str]:
                 yield from [known for known in (name, str(node.module)) if known in MODULES][:1]
 
 
+@cache
+def trees() -> dict[str, ast.Module]:
+    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
+
+
 def imports(*, lazily: bool) -> dict[str, set[str]]:
     """What every module imports; ``lazily``: in its functions too."""
-    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items()}
     ways = (False, True) if lazily else (False,)
-    graph = {name: {other for way in ways for other in imported_modules(tree, way)} for name, tree in trees.items()}
+    graph = {name: {other for way in ways for other in imported_modules(tree, way)} for name, tree in trees().items()}
     for name, path in MODULES.items():
         if path.name == "__init__.py" and lazily:  # names that are loaded on first use
             graph[name] |= set(getattr(import_module(name), "_PUBLIC", {}).values())
