@@ -6,6 +6,7 @@ many branches: on tables of one row each trial of a single curve would take six 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,8 +24,9 @@ from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 
 # Numbers of trials.
-MOST = 100
-"""Largest number of trials to narrow a bracket."""
+MOST, STALLED = 100, 12
+"""Largest number of trials to narrow a bracket, and that of trials that together do not halve it: usually two do. Where
+solutions end within the bracket, as two branches that meet, the rest would narrow it no further."""
 SECANTS = 8
 """Largest number of secant steps from the place where the segment has its sign change."""
 PARTINGS = 5
@@ -272,11 +274,13 @@ def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolera
     sides of a corner. Where there is no solution close to it, ever shorter steps are taken from the ends.
     """
     bisect = corner = False
+    rooms = deque[float](maxlen=STALLED)
     yield bracket
     for _ in range(MOST):
         room = bracket.room
-        if room <= tolerance:
+        if room <= tolerance or (len(rooms) == STALLED and room > 0.5 * rooms[0]):
             return
+        rooms.append(room)
         guesses = guesses_of(corrector, bracket, share_of(bracket.rising, bracket.falling, bisect, room, tolerance))
         if corner:
             guesses = chain(bracket.chord.at_corner(_CORNER_MARGIN * tolerance), guesses)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from slipstick.solve.continuation.brackets import (
     MOST,
     SHARES,
+    STALLED,
     TINY,
     Chord,
     is_known,
@@ -128,11 +130,14 @@ class Brackets(Table):
     def narrow(self, correctors: Correctors, options: NewtonOptions, observed: Observed, tolerance: float) -> None:
         """``narrowing`` of each to its last."""
         room, live = self.chord.room, np.arange(self.branch.size)
-        bisect = np.zeros(live.size, dtype=bool)
+        bisect, rooms = np.zeros(live.size, dtype=bool), deque[Array](maxlen=STALLED)
         for _ in range(MOST):
             live = live[room[live] > tolerance]
+            if len(rooms) == STALLED:
+                live = live[room[live] <= 0.5 * rooms[0][live]]
             if not live.size:
                 return
+            rooms.append(room.copy())
             here, length = self.at(live), room[live]
             share = share_of(here.low.slopes, here.high.slopes, bisect[live], length, tolerance)
             inside, found = here.inside(correctors, options, observed, length, share)
