@@ -35,7 +35,7 @@ demo: $(VENV)/.installed
 	$(BIN)/python examples/demo.py
 
 test: $(VENV)/.ready
-	@echo "about 9000 tests, 6 minutes on 2 quiet cores"
+	@echo "about 10 000 tests, 6 to 12 minutes on 2 cores"
 	$(BIN)/python -m pytest -n 2 $(TESTS)
 
 # all of the verification that has not passed yet on this commit, JOBS=2 pieces at a time, or the pieces named in TESTS
