@@ -105,7 +105,8 @@ def _flat(point: RestartPoint, prefix: str) -> dict[str, Any]:
 
 def _restart_point(plain: Mapping[str, Any], prefix: str, size: int | None) -> RestartPoint:
     values = {name.removeprefix(prefix): value for name, value in plain.items() if name.startswith(prefix)}
-    typical, length, present, largest, varying = vector(values["measure"], 5).tolist()
+    typical, length, present, largest, *of_varying = vector(values["measure"]).tolist()
+    (varying,) = of_varying or [present]  # earlier journals have no size of what varies
     return RestartPoint(
         state=vector(values["state"], size), tangent=vector(values["tangent"], size), kind=str(values["kind"]),
         orientation=int(values["orientation"]), arclength=float(values["arclength"]),
