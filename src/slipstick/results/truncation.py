@@ -183,24 +183,25 @@ def truncation(
     size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
     largest = size.max(axis=1, initial=0.0)
     wider = _Wider(outputs, x, omega, inputs, wide)
-    added = wider.moved(wider.force)
-    more = largest_deviation(wide, added).max(axis=1, initial=0.0)
+    free = wider.moved(wider.force)
+    added, more = free.copy(), largest_deviation(wide, free).max(axis=1, initial=0.0)
     dense, small = balance.backend.name == "dense", wider.size <= _LARGEST_SYSTEM
     together = reactions.known & (dense and small and wider.size * balance.size <= _LARGEST_BOTH)
-    at = np.flatnonzero(~together & (more > _STIFF * largest) & small)
+    yielding = ~together & small  # the contacts' stiffness in the further orders was not counted yet
+    at = np.flatnonzero(yielding & (more > _STIFF * largest))
     if at.size:
-        resisted = wider.held(at, added[at])
+        resisted = wider.held(at, free[at])
         less = largest_deviation(wide, resisted).max(axis=1, initial=0.0)
         smaller = less < more[at]
-        added[at[smaller]], more[at[smaller]] = resisted[smaller], less[smaller]
+        added[at[smaller]], more[at[smaller]], yielding[at] = resisted[smaller], less[smaller], False
     at = np.flatnonzero(reactions.known & (more > _WORTH * largest))
     if at.size:
         more[at] = largest_deviation(wide, wider.with_reaction(at, added[at], reactions)).max(axis=1, initial=0.0)
-    at = np.flatnonzero(together & (more > _STIFF * largest))
-    if at.size:
-        passed = wider.held(at, added[at], reactions)
-        by_all = largest_deviation(wide, wider.with_reaction(at, passed, reactions)).max(axis=1, initial=0.0)
-        more[at] = np.minimum(more[at], by_all)
+    for these, reacting in ((together, reactions), (reactions.known & yielding, None)):
+        at = np.flatnonzero(these & (more > _STIFF * largest))
+        if at.size:
+            passed = wider.with_reaction(at, wider.held(at, free[at], reacting), reactions)
+            more[at] = np.minimum(more[at], largest_deviation(wide, passed).max(axis=1, initial=0.0))
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
