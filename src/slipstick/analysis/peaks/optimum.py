@@ -329,7 +329,7 @@ class OptimumSearch(PeakRun):
         found: dict[str, Any] = {}
         if self._best is not None:
             peak = self._best.peak
-            found = {"optimum": peak.parameter, "optimum_omega": peak.detail.omega, "optimum_kind": self._best.kind}
+            found = {"optimum": peak.parameter, "optimum_omega": peak.detail.omega, "optimum_kind": LOWEST}
             found["optimum_amplitude"] = peak.detail.amplitude
         alone = {"peak_of": self.request.dof, "factorisations": self._factorisations, "curves": self.curves}
         return {**(super().attributes if self._followed else alone), **found}
@@ -341,7 +341,7 @@ class OptimumSearch(PeakRun):
         return Optimum(
             parameter=request.parameter, dof=request.dof, branch=branch, factorisations=self._factorisations,
             value=np.nan if peak is None else peak.parameter, omega=np.nan if peak is None else peak.detail.omega,
-            amplitude=np.nan if peak is None else peak.detail.amplitude, kind="" if best is None else best.kind,
+            amplitude=np.nan if peak is None else peak.detail.amplitude, kind="" if best is None else LOWEST,
             hessian=np.full((2, 2), np.nan) if best is None else best.hessian,
         )  # fmt: skip
 
@@ -374,7 +374,7 @@ class OptimumSearch(PeakRun):
         assert evaluation.terms is not None
         residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
         peak = PeakPoint(u[:-1], float(u[-1]), detail, OPTIMUM, residual, iterations)
-        return _Optimal(peak, u, H, LOWEST)
+        return _Optimal(peak, H)
 
     def _amplitude(self, here: Linearization) -> float:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
@@ -459,8 +459,7 @@ class OptimumSearch(PeakRun):
 
     def _at_equal(self, peak: PeakPoint, equal: str) -> _Optimal:
         """The optimum where two peaks are equally high."""
-        optimum = peak._replace(kind=OPTIMUM)
-        return _Optimal(optimum, np.append(peak.y, peak.parameter), np.full((2, 2), np.nan), LOWEST, equal)
+        return _Optimal(peak._replace(kind=OPTIMUM), np.full((2, 2), np.nan), equal)
 
     def _change(
         self, low: float, at_low: Highest, high: float, at_high: Highest
@@ -550,9 +549,11 @@ class _Optimal(NamedTuple):
     """A minimum of the highest peak over the parameter."""
 
     peak: PeakPoint
-    u: Array
-    """Unknowns, frequency and parameter, (N + 2,)."""
     hessian: Array
-    kind: str
     equal: str = ""
     """What is said where two peaks are equally high; empty elsewhere."""
+
+    @property
+    def u(self) -> Array:
+        """Unknowns, frequency and parameter, (N + 2,)."""
+        return np.append(self.peak.y, self.peak.parameter)
