@@ -321,10 +321,7 @@ class Together:
         b = self._balance
         if b.receptance.static.size * b.orders.size > _WRITTEN_UP_TO:
             return None
-        both = np.empty((len(self._x), 2, b.n_ports + b.n_loads, b.n_ports, b.orders.size + 1), dtype=complex)
-        for receptance, at in self._receptances():
-            receptance.conjugates_of(b.orders, self._omega[at], both[at])
-        return both
+        return b.receptance.conjugates_of_each(b.orders, self._omega, self._inputs.structures)
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its ``terms``."""

@@ -236,12 +236,13 @@ def _edges(motion: Motion, values: Mapping[str, Array]) -> tuple[Array, Jumps | 
     if (kn == 0.0 and cn == 0.0) or not (touched.size or inside):
         return np.empty(0), None
     jumps = _jumps(motion, touched, rising, mu, cn, slow) if cn != 0.0 and touched.size else None
-    turned, sliding = (_reversals(motion, gap, slow) if mu != 0.0 else np.empty(0)), _depth_and_slip(motion, gap)
+    sampled, width = _depth_and_slip(motion, gap), base_edges(motion.harmonics)[1]
+    turned = _reversals(sampled, motion.harmonics, slow) if mu != 0.0 else np.empty(0)
     if not turned.size:
         return touched, jumps
-    near, far = (sliding(turned + step)[1] for step in (-_SLOPE_STEP, _SLOPE_STEP))
+    near, far = (sampled(turned + step)[1] for step in (-_SLOPE_STEP, _SLOPE_STEP))
     reach = 2.0 * _SLOPE_STEP * slow / np.maximum(np.abs(far - near), 1e-300)[:, None] * _GRADES
-    beside = np.where(reach < 0.5 * base_edges(motion.harmonics)[1], reach, 0.0)
+    beside = np.where(reach < 0.5 * width, reach, 0.0)
     at = turned[:, None]
     return np.concatenate([touched, turned, (at + beside).ravel(), (at - beside).ravel()]), jumps
 
@@ -259,11 +260,10 @@ def _jumps(motion: Motion, tau: Array, rising: BoolArray, mu: float, cn: float, 
     return Jumps(tau, by_motion, {"gap": {i: -part for i, part in enumerate(by_depth)}})
 
 
-def _reversals(motion: Motion, gap: float, slow: float) -> Array:
-    """Phases at which the sliding reverses while the rotor touches."""
-    base = base_edges(motion.harmonics)
+def _reversals(sampled: Callable[[Array], tuple[Array, Array]], harmonics: Harmonics, slow: float) -> Array:
+    """Phases at which the sliding reverses while the rotor touches, of its depth and sliding velocity."""
+    base = base_edges(harmonics)
     tau = np.arange(_GRID * base.size + 1) * (base[1] / _GRID)
-    sampled = _depth_and_slip(motion, gap)
     depth, slip = sampled(tau)
     closed = depth > 0.0
     place = np.flatnonzero(((slip[:-1] > 0.0) != (slip[1:] > 0.0)) & (closed[:-1] | closed[1:]))

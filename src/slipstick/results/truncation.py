@@ -309,11 +309,8 @@ class _Wider:
 
     def _conjugates(self, orders: Array, at: IntArray) -> ComplexArray:
         """``conj(A)`` (k, n_columns, n_ports, 1 + n_orders) at some points."""
-        receptance, omega = self._balance.receptance, self._omega[at]
-        both = np.empty((at.size, 2, *receptance.static.shape[::-1], orders.size + 1), dtype=complex)
-        for adjusted, part in receptance.adjusted_runs([self._structures[i] for i in at.tolist()]):
-            adjusted.conjugates_of(orders, omega[part], both[part])
-        return both[:, 0]
+        structures = [self._structures[i] for i in at.tolist()]
+        return self._balance.receptance.conjugates_of_each(orders, self._omega[at], structures)[:, 0]
 
     @cached_property
     def _places(self) -> list[dict[tuple[int, int], tuple[IntArray, IntArray, IntArray]]]:

@@ -191,6 +191,15 @@ class Receptance(ABC):
             yield self.adjusted(values), at
             first = at.stop
 
+    def conjugates_of_each(
+        self, orders: Array, omega: Array, structures: Iterable[Mapping[str, float]]
+    ) -> ComplexArray:
+        """``conjugates`` at frequencies (n,), each with its structure: (n, 2, n_columns, n_rows, 1 + k)."""
+        out = np.empty((omega.size, 2, *self.static.shape[::-1], orders.size + 1), dtype=complex)
+        for adjusted, at in self.adjusted_runs(structures):
+            adjusted.conjugates_of(orders, omega[at], out[at])
+        return out
+
     def written(self) -> Receptance:
         """The same with all entries as matrices, where residuals are applied by solutions."""
         return self
